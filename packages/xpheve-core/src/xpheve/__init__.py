@@ -1,0 +1,74 @@
+"""xPheve: an extensible physics engine. Names are loaded when they are touched."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from xpheve import errors
+    from xpheve.engine import PhysicsEngine
+    from xpheve.forces import Force
+    from xpheve.laws import Column, Contact, Event, FieldLaw, Impulse, LawContainer, PairLaw, Param, PhysicalLaw, ResponseLaw
+    from xpheve.laws import conditions as when
+    from xpheve.objects import PhysicalObject
+    from xpheve.plugins import hookimpl
+    from xpheve.record import Record
+    from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
+
+_HOMES = {
+    "PhysicsEngine": "engine",
+    "Force": "forces",
+    "PhysicalObject": "objects",
+    "Record": "record",
+    "hookimpl": "plugins",
+    **dict.fromkeys(("Box", "Capsule", "Plane", "Shape", "Sphere"), "shapes"),
+    **dict.fromkeys(
+        ("Column", "Contact", "Event", "FieldLaw", "Impulse", "LawContainer", "PairLaw", "Param", "PhysicalLaw", "ResponseLaw"),
+        "laws",
+    ),
+}
+_MODULES = {"errors": "errors", "when": "laws.conditions"}
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Column",
+    "Contact",
+    "Event",
+    "FieldLaw",
+    "Force",
+    "Impulse",
+    "LawContainer",
+    "PairLaw",
+    "Param",
+    "PhysicalLaw",
+    "PhysicalObject",
+    "PhysicsEngine",
+    "Plane",
+    "Record",
+    "ResponseLaw",
+    "Shape",
+    "Sphere",
+    "errors",
+    "hookimpl",
+    "when",
+]
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    if name in _MODULES:
+        found: Any = import_module(f"xpheve.{_MODULES[name]}")
+    elif name in _HOMES:
+        found = getattr(import_module(f"xpheve.{_HOMES[name]}"), name)
+    else:
+        raise AttributeError(f"module 'xpheve' has no attribute {name!r}")
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -1,0 +1,196 @@
+"""All objects of an engine as arrays: one row an object, one array a column."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xpheve.errors import InvalidValueError
+from xpheve.kernels.clock import Instant
+
+if TYPE_CHECKING:
+    from xpheve.objects import PhysicalObject
+
+Array = NDArray[np.float64]
+
+STATE_WIDTHS = {"position": 3, "velocity": 3, "orientation": 4, "angular_velocity": 3}
+"""What flight changes, with the numbers a row has of it."""
+AUTHORED_WIDTHS = {"mass": 1, "inertia": 3}
+DERIVED_WIDTHS = {"force": 3, "torque": 3}
+"""Sums of the stored forces of a row, kept by the engine."""
+WIDTHS = STATE_WIDTHS | AUTHORED_WIDTHS | DERIVED_WIDTHS
+
+
+class Bodies:
+    """Structure of arrays. Vectors are stored component first, shape (width, rows), so that a component is contiguous.
+
+    A row holds the values at its last re-base, at the instant ``clock[:, row]`` = (base, offset). Rows 0 to ``count - 1`` are in use;
+    removing one moves the last into the gap. ``version`` goes up whenever a row's flight becomes another.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.objects: list[PhysicalObject] = []
+        self.columns: dict[str, Array] = {}
+        self.defaults: dict[str, float] = {}
+        self.change = 0
+        """Goes up with every write, so that what was computed from the arrays can be kept until then."""
+        self._allocate(16)
+
+    def _allocate(self, capacity: int) -> None:
+        self.capacity = capacity
+        self.arrays: dict[str, Array] = {name: np.zeros((width, capacity)) for name, width in WIDTHS.items()}
+        self.clock: Array = np.zeros((2, capacity))
+        self.fixed = np.zeros(capacity, dtype=bool)
+        self.serial = np.zeros(capacity, dtype=np.int64)
+        self.version = np.zeros(capacity, dtype=np.int64)
+        self.batch = np.full(capacity, -1, dtype=np.int64)
+        self.local = np.zeros(capacity, dtype=np.int64)
+
+    def _plain(self) -> list[NDArray[Any]]:
+        return [self.clock, self.fixed, self.serial, self.version, self.batch, self.local]
+
+    def reserve(self, rows: int) -> None:
+        """Make room for ``rows`` more."""
+        if self.count + rows <= self.capacity:
+            return
+        old, old_plain, n = self.arrays, self._plain(), self.count
+        self._allocate(max(2 * self.capacity, self.count + rows))
+        for name, array in old.items():
+            self.arrays[name][:, :n] = array[:, :n]
+        for new, array in zip(self._plain(), old_plain, strict=True):
+            new[..., :n] = array[..., :n]
+        for name, array in self.columns.items():
+            self.columns[name] = np.full(self.capacity, self.defaults[name])
+            self.columns[name][:n] = array[:n]
+
+    def append(self, objects: Sequence[PhysicalObject], values: dict[str, Any], clock: Instant) -> range:
+        """Add rows for ``objects``; ``values`` holds (rows, width) arrays of state, mass and inertia, and ``fixed``."""
+        n = len(objects)
+        self.reserve(n)
+        rows = range(self.count, self.count + n)
+        where = slice(rows.start, rows.stop)
+        for name in (*STATE_WIDTHS, *AUTHORED_WIDTHS):
+            self.arrays[name][:, where] = np.asarray(values[name], dtype=float).reshape(n, -1).T
+        for name in DERIVED_WIDTHS:
+            self.arrays[name][:, where] = 0.0
+        self.fixed[where] = values["fixed"]
+        self.serial[where] = values["serial"]
+        self.clock[0, where], self.clock[1, where] = clock
+        self.version[where] += 1
+        self.batch[where] = -1
+        for name, default in self.defaults.items():
+            self.columns[name][where] = default
+        self.objects.extend(objects)
+        self.count += n
+        self.change += 1
+        return rows
+
+    def remove(self, row: int) -> int:
+        """Take ``row`` out by moving the last row into it; returns the row that was moved, or ``row`` if it was the last."""
+        last = self.count - 1
+        if row != last:
+            for array in (*self.arrays.values(), *self._plain(), *self.columns.values()):
+                array[..., row] = array[..., last]
+            self.objects[row] = self.objects[last]
+        self.objects.pop()
+        self.count = last
+        self.change += 1
+        return last
+
+    def add_column(self, name: str, default: float) -> Array:
+        """The array of the extra column ``name``, made with ``default`` if it is new."""
+        if name not in self.columns:
+            self.defaults[name] = default
+            self.columns[name] = np.full(self.capacity, default)
+        return self.columns[name]
+
+    def drop_column(self, name: str) -> None:
+        """Forget the extra column ``name``."""
+        del self.columns[name], self.defaults[name]
+
+    def get(self, name: str, row: int) -> tuple[float, ...]:
+        """The stored values of ``row`` as floats."""
+        return tuple(self.arrays[name][:, row].tolist())
+
+    def put(self, name: str, row: int, value: Sequence[float]) -> None:
+        """Store the values of ``row``."""
+        self.arrays[name][:, row] = value
+        self.change += 1
+
+    def clock_of(self, row: int) -> Instant:
+        """When ``row`` was last re-based."""
+        return float(self.clock[0, row]), float(self.clock[1, row])
+
+
+class BodiesView:
+    """All objects of an engine as read-only arrays at the engine's time, rows in the order of ``engine.objects``.
+
+    ``position`` [m], ``velocity`` [m/s], ``angular_velocity`` [rad/s], ``inertia`` [kg m^2] (n, 3); ``orientation`` (n, 4); ``mass`` [kg] (n,);
+    extra columns by name, (n,). Values are computed when asked for and kept until time or state moves on.
+    """
+
+    __slots__ = ("_bodies", "_held", "_key", "_reader")
+
+    def __init__(self, bodies: Callable[[], Bodies], reader: Callable[[str, Array | None], Array]) -> None:
+        self._bodies = bodies
+        self._reader = reader
+        self._held: dict[str, tuple[Any, Array, Array]] = {}
+
+    def __len__(self) -> int:
+        return self._bodies().count
+
+    def read(self, name: str, key: Any) -> Array:
+        """Column ``name`` at the time that ``key`` stands for; buffers that nobody else holds are used again."""
+        held = self._held.pop(name, None)
+        spare = None
+        if held is not None:
+            if held[0] == key:
+                self._held[name] = held
+                return held[2]
+            _, owner, view = held
+            del held
+            # 2 references: ours and the argument; the view itself holds one more of its owner.
+            if sys.getrefcount(view) == 2 and sys.getrefcount(owner) == 3:
+                spare = owner
+            del view, owner
+        owner = self._reader(name, spare)
+        view = owner.T
+        view.flags.writeable = False
+        self._held[name] = (key, owner, view)
+        return view
+
+    @property
+    def mass(self) -> Array:
+        """Mass [kg], shape (n,)."""
+        return _frozen(self._bodies().arrays["mass"][0, : len(self)])
+
+    @property
+    def inertia(self) -> Array:
+        """Principal moments [kg m^2], shape (n, 3)."""
+        return _frozen(self._bodies().arrays["inertia"][:, : len(self)]).T
+
+    @property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Whether each object never moves, shape (n,)."""
+        return _frozen(self._bodies().fixed[: len(self)])
+
+    def __getitem__(self, name: str) -> Array:
+        bodies = self._bodies()
+        if name in bodies.columns:
+            return _frozen(bodies.columns[name][: len(self)])
+        known = sorted([*STATE_WIDTHS, *AUTHORED_WIDTHS, *bodies.columns])
+        if name in known:
+            found: Array = getattr(self, name)
+            return found
+        raise InvalidValueError(f"no column {name!r}; at hand: {', '.join(known)}")
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy

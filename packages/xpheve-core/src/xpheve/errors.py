@@ -1,0 +1,94 @@
+"""The errors and warnings a user can meet.
+
+Each names the thing, the value and the way out. Bad input raises before anything has changed.
+"""
+
+from __future__ import annotations
+
+
+class XpheveError(Exception):
+    """What every error of xPheve is; ``except XpheveError`` catches them all."""
+
+
+class InvalidValueError(XpheveError, ValueError):
+    """A value that cannot be: NaN, a negative mass, a zero normal, a wrong shape."""
+
+
+class UnitError(InvalidValueError):
+    """A quantity whose unit does not fit what it is given for."""
+
+
+class ParameterError(InvalidValueError):
+    """A law's parameter that is unknown, out of bounds, or of the wrong unit or shape."""
+
+
+class StateError(XpheveError, RuntimeError):
+    """A call that the engine's present state does not allow, such as ``run`` after ``terminate``."""
+
+
+class StaleHandleError(StateError):
+    """A handle whose row in the engine now belongs to another object, or to none."""
+
+
+class OwnershipError(XpheveError, ValueError):
+    """An object, law or container that belongs to another engine, or to none."""
+
+
+class NotAcceptedError(XpheveError, TypeError):
+    """A law put into a container that takes laws of another role."""
+
+
+class UnknownLawError(XpheveError, LookupError):
+    """A law, container, stepper or shape that no installed pack offers."""
+
+
+class PackError(XpheveError):
+    """A pack that cannot be used."""
+
+
+class BrokenPackError(PackError):
+    """A pack that failed while it was being loaded; the others go on."""
+
+
+class IncompatiblePackError(PackError):
+    """A pack made for another version of the law contract."""
+
+
+class DuplicateLawError(PackError):
+    """A pack name or an id that two distributions claim."""
+
+
+class LawDefinitionError(PackError, TypeError):
+    """A law class whose interface is wrong: no id, a bad unit, ``enforce`` overridden."""
+
+
+class OrderError(XpheveError):
+    """Laws whose ``before`` and ``after`` form a ring."""
+
+
+class ConflictError(XpheveError):
+    """Two laws that exclude one another on the same objects."""
+
+
+class LawFailedError(XpheveError, RuntimeError):
+    """A law that raised, or gave a value that is not finite, while the engine ran."""
+
+
+class NoStepperError(XpheveError):
+    """Motion that no stepper at hand can follow."""
+
+
+class ContactError(XpheveError):
+    """A contact that no law or stepper at hand can resolve, such as a second support."""
+
+
+class SceneError(XpheveError, ValueError):
+    """A scene file that is wrong: place, value and way out."""
+
+
+class RecordError(XpheveError):
+    """A record or checkpoint that cannot be read."""
+
+
+class XpheveWarning(UserWarning):
+    """What every warning of xPheve is; ``warnings.filterwarnings`` silences it by class."""

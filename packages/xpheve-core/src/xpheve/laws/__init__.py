@@ -1,0 +1,31 @@
+"""What a pack implements: laws, containers, conditions, parameters."""
+
+from xpheve.laws.conditions import Condition
+from xpheve.laws.container import LawContainer
+from xpheve.laws.event import Contact, Event
+from xpheve.laws.law import (
+    API_VERSION,
+    ContinuousLaw,
+    FieldLaw,
+    Impulse,
+    PairLaw,
+    PhysicalLaw,
+    ResponseLaw,
+)
+from xpheve.laws.param import Column, Param
+
+__all__ = [
+    "API_VERSION",
+    "Column",
+    "Condition",
+    "Contact",
+    "ContinuousLaw",
+    "Event",
+    "FieldLaw",
+    "Impulse",
+    "LawContainer",
+    "PairLaw",
+    "Param",
+    "PhysicalLaw",
+    "ResponseLaw",
+]

@@ -1,0 +1,48 @@
+"""What a handler is told when its condition fires."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from xpheve.laws.conditions import Condition
+    from xpheve.objects import PhysicalObject
+
+Vec = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Two objects that touch, or are about to.
+
+    ``normal`` is a unit vector from ``body_a`` to ``body_b``, world frame; ``point`` [m] lies on it between the
+    surfaces; ``separation`` [m] is the gap, negative when overlapping; ``approach_speed`` [m/s] is the rate at which
+    the gap closes, negative when it opens.
+    """
+
+    body_a: PhysicalObject
+    body_b: PhysicalObject
+    normal: Vec
+    point: Vec
+    separation: float
+    approach_speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One firing of a condition.
+
+    ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
+    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force.
+    """
+
+    time: float
+    condition: Condition | None = None
+    objects: tuple[PhysicalObject, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    id: Any = None
+    data: Any = None
+    source: Any = None
+    force: Any = None
+    dt: float = 0.0

@@ -1,0 +1,275 @@
+"""PhysicalLaw and its kinds: *what* happens. A law container or a stepper says when."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from xpheve.errors import InvalidValueError, LawDefinitionError, ParameterError
+from xpheve.laws.conditions import Condition, Impact
+from xpheve.laws.event import Contact, Event, Vec
+from xpheve.laws.param import Column, Param
+
+if TYPE_CHECKING:
+    from xpheve.laws.container import LawContainer
+    from xpheve.laws.view import BodyView
+    from xpheve.objects import PhysicalObject
+
+API_VERSION = 1
+"""Version of the law contract; a pack's manifest says which it was written for."""
+
+
+class LawHost(Protocol):
+    """What a law may ask of the engine that holds it."""
+
+    @property
+    def time(self) -> float: ...
+    def objects_of(self, law: PhysicalLaw) -> tuple[PhysicalObject, ...]: ...
+    def law_changed(self, law: PhysicalLaw, what: str, old: Any) -> None: ...
+    def evaluate_and_store(self, law: PhysicalLaw) -> None: ...
+    def random_stream(self, law: PhysicalLaw) -> Any: ...
+    def post(self, id: Any, data: Any = None, source: Any = None) -> None: ...
+    def acting(self, law: PhysicalLaw) -> AbstractContextManager[None]: ...
+
+
+class PhysicalLaw:
+    """One rule of nature over the objects that are mapped to it.
+
+    A free-form law overrides `enforce_this_law` and is an event handler: it runs when its condition fires. Most laws
+    are better written as one of the kinds below.
+
+    Parameters
+    ----------
+    name
+        For listings and scene files; may stay empty.
+    enabled
+        A disabled law does nothing and its stored forces are withdrawn.
+    **parameters
+        Values of the `Param` s of the class; SI numbers, or text with a unit such as ``"9.81 m/s^2"``.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter is unknown or does not fit its declaration.
+    """
+
+    id: ClassVar[str] = ""
+    role: ClassVar[str] = "law"
+    condition: ClassVar[Condition | None] = None
+    """When the law is enforced if it is put into no container; None for laws that act all the time."""
+    container: ClassVar[str] = ""
+    """Id of the container class that holds the law if none is given; empty for the plain `LawContainer`."""
+    columns: ClassVar[dict[str, Column]] = {}
+    initial_state: ClassVar[dict[str, Any]] = {}
+    """Numbers, text and lists that the law keeps between calls in ``self.state``; saved by checkpoints."""
+    before: ClassVar[tuple[str, ...]] = ()
+    after: ClassVar[tuple[str, ...]] = ()
+    priority: ClassVar[int] = 0
+    exclusive: ClassVar[frozenset[str]] = frozenset()
+    """Resources of which an object has one only, such as ``contact-response``."""
+    params: ClassVar[dict[str, Param]] = {}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "enforce" in cls.__dict__:
+            raise LawDefinitionError(
+                f"{cls.__name__} overrides enforce, which is final: it checks `enabled` and counts; write enforce_this_law"
+            )
+        found = dict(cls.params)
+        found.update({name: value for name, value in cls.__dict__.items() if isinstance(value, Param)})
+        cls.params = found
+
+    def __init__(self, *, name: str = "", enabled: bool = True, **parameters: Any) -> None:
+        label = type(self).label()
+        for key in parameters:
+            if key not in self.params:
+                from xpheve.plugins.suggest import did_you_mean
+
+                raise ParameterError(
+                    f"{label} has no parameter {key!r}; it has: {', '.join(self.params) or 'none'}."
+                    + did_you_mean(key, list(self.params))
+                )
+        self.name = name
+        self._enabled = bool(enabled)
+        self.parameters: dict[str, Any] = {
+            key: param.check(parameters[key], label) if key in parameters else param.default
+            for key, param in self.params.items()
+        }
+        self.state: dict[str, Any] = {
+            key: list(value) if isinstance(value, list) else value for key, value in self.initial_state.items()
+        }
+        self.containers: list[LawContainer] = []
+        self.evaluations = 0
+        """How often the law was evaluated: calls of its method, each for all the objects concerned."""
+        self.engine: LawHost | None = None
+
+    @classmethod
+    def label(cls) -> str:
+        """The id, or the class name of a law that has none."""
+        return cls.id or cls.__name__
+
+    def __repr__(self) -> str:
+        named = f" {self.name!r}" if self.name else ""
+        return f"<{self.label()}{named}{'' if self._enabled else ' disabled'}>"
+
+    def set_parameter(self, name: str, value: Any) -> None:
+        """Set parameter ``name``; stored forces follow at this instant. Raises `ParameterError`."""
+        checked = self.params[name].check(value, self.label())
+        old = self.parameters[name]
+        if checked == old:
+            return
+        self.parameters[name] = checked
+        if self.engine is not None:
+            self.engine.law_changed(self, name, old)
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the law acts. Setting it takes effect at this instant of simulation time."""
+        return self._enabled
+
+    @enabled.setter
+    def enabled(self, value: bool) -> None:
+        old = self._enabled
+        self._enabled = bool(value)
+        if self.engine is not None and old != self._enabled:
+            self.engine.law_changed(self, "enabled", old)
+
+    @property
+    def objects(self) -> tuple[PhysicalObject, ...]:
+        """The objects mapped to the law, in rank order; empty outside an engine."""
+        return self.engine.objects_of(self) if self.engine is not None else ()
+
+    @property
+    def random(self) -> Any:
+        """The law's own `numpy.random.Generator`, seeded by the scene; saved by checkpoints."""
+        if self.engine is None:
+            raise InvalidValueError(f"{self.label()}: random numbers come from the scene's seed; add the law to an engine")
+        return self.engine.random_stream(self)
+
+    def enforce(self, event: Event) -> None:
+        """Enforce the law now, if it is enabled. Final: the law's own part is `enforce_this_law`."""
+        if not self._enabled:
+            return
+        self.evaluations += 1
+        if self.engine is None:
+            self.enforce_this_law(event)
+            return
+        with self.engine.acting(self):
+            self.enforce_this_law(event)
+
+    def enforce_this_law(self, event: Event) -> None:
+        """The law's own part: whatever happens at this event."""
+        raise LawDefinitionError(f"{type(self).__name__} says nothing: write enforce_this_law(self, event)")
+
+    @classmethod
+    def is_concrete(cls) -> bool:
+        """Whether the class says what happens, so that a pack may offer it."""
+        return cls.enforce_this_law is not PhysicalLaw.enforce_this_law
+
+
+class ContinuousLaw(PhysicalLaw):
+    """What `FieldLaw` and `PairLaw` share: a force written once as an expression over batches of objects."""
+
+    role = "force"
+
+    def enforce_this_law(self, event: Event) -> None:
+        """Evaluate once and store the force on each object until the next event (zero-order hold)."""
+        if self.engine is not None:
+            self.engine.evaluate_and_store(self)
+
+    @classmethod
+    def defines(cls, method: str) -> bool:
+        """Whether the class itself (or a parent other than the contract) has ``method``."""
+        found = inspect.getattr_static(cls, method, None)
+        return found is not None and found not in (vars(FieldLaw).get(method), vars(PairLaw).get(method))
+
+    @classmethod
+    def is_concrete(cls) -> bool:
+        return cls.defines("force") or cls.defines("torque")
+
+
+class FieldLaw(ContinuousLaw):
+    """A force (or torque) on each object from its own state and time.
+
+    ``force(self, body)`` gets a batch: ``body.position``, ``velocity`` and ``angular_velocity`` are arrays of shape
+    (n, 3), ``body.mass`` and columns are (n, 1), so that expressions broadcast; ``norm()``, ``dot()`` and ``cross()``
+    keep that rule. It returns forces [N] of shape (n, 3), or anything that broadcasts to it. A law that reads neither state nor
+    time is *constant*: it is evaluated once and its force is stored.
+    """
+
+    def force(self, body: BodyView) -> Any:
+        """Force [N] on each body of the batch, world frame, at the centre of mass."""
+        raise LawDefinitionError(f"{type(self).__name__}: write force(self, body)")
+
+    def torque(self, body: BodyView) -> Any:
+        """Torque [N m] on each body of the batch, world frame. Optional."""
+        raise LawDefinitionError(f"{type(self).__name__}: write torque(self, body)")
+
+    def potential(self, body: BodyView) -> Any:
+        """Potential energy [J] of each body, shape (n, 1). Optional; without it the law's work is reported."""
+        raise LawDefinitionError(f"{type(self).__name__}: write potential(self, body)")
+
+
+class PairLaw(ContinuousLaw):
+    """A force between two objects: on the first, and its opposite on the second.
+
+    It acts on every pair of objects that are both mapped to it, or with ``between`` on the pairs of one object of the first
+    and one of the second group.
+    """
+
+    def __init__(
+        self,
+        *,
+        between: tuple[Iterable[PhysicalObject], Iterable[PhysicalObject]] | None = None,
+        name: str = "",
+        enabled: bool = True,
+        **parameters: Any,
+    ) -> None:
+        super().__init__(name=name, enabled=enabled, **parameters)
+        self.between: tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]] | None = None
+        if between is not None:
+            these, those = (tuple(side) if isinstance(side, Iterable) else (side,) for side in between)
+            self.between = (these, those)
+
+    def force(self, a: BodyView, b: BodyView) -> Any:
+        """Force [N] on ``a`` of each pair, shape (pairs, 3), world frame; its opposite acts on ``b``."""
+        raise LawDefinitionError(f"{type(self).__name__}: write force(self, a, b)")
+
+    def potential(self, a: BodyView, b: BodyView) -> Any:
+        """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
+        raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")
+
+
+class Impulse:
+    """An impulse [N s], world frame, on ``body_b`` of a contact, its opposite on ``body_a``: a response that takes the pair over."""
+
+    __slots__ = ("vector",)
+
+    def __init__(self, vector: Iterable[float]) -> None:
+        values = tuple(float(component) for component in vector)
+        if len(values) != 3 or not all(map(math.isfinite, values)):
+            raise InvalidValueError(f"Impulse({values!r}): three finite numbers [N s] are needed")
+        self.vector: Vec = (values[0], values[1], values[2])
+
+
+class ResponseLaw(PhysicalLaw):
+    """What two touching, approaching objects do; both must be mapped to the law."""
+
+    role = "collision"
+    condition = Impact()
+    exclusive = frozenset({"contact-response"})
+
+    def respond(self, contact: Contact) -> float | Impulse:
+        """Speed [m/s], >= 0, at which the pair leaves along the normal; or an `Impulse` that takes it over."""
+        raise LawDefinitionError(f"{type(self).__name__}: write respond(self, contact)")
+
+    def enforce_this_law(self, event: Event) -> None:
+        """Not called: the contact server asks `respond` for each contact of the instant."""
+        raise LawDefinitionError(f"{self.label()} answers contacts through respond(contact), not enforce_this_law")
+
+    @classmethod
+    def is_concrete(cls) -> bool:
+        return cls.respond is not ResponseLaw.respond

@@ -1,0 +1,79 @@
+"""Batched NumPy views that a law's ``force`` gets, and what it read of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Batch(np.ndarray[Any, np.dtype[np.float64]]):
+    """Vectors (n, 3), or numbers (n, 1), one row an object, so that expressions of both broadcast."""
+
+    def norm(self) -> Batch:
+        """Length of each vector, shape (n, 1)."""
+        return np.sqrt(self.dot(self))
+
+    def dot(self, other: Any, out: Any = None) -> Batch:
+        """Scalar product row by row, shape (n, 1)."""
+        product = np.multiply(self, other)
+        return (product[:, 0:1] + product[:, 1:2]) + product[:, 2:3]
+
+    def cross(self, other: Any) -> Batch:
+        """Vector product row by row, shape (n, 3)."""
+        return np.cross(self, other).view(Batch)
+
+    @property
+    def x(self) -> Batch:
+        """First component, shape (n, 1)."""
+        return self[:, 0:1]
+
+    @property
+    def y(self) -> Batch:
+        """Second component, shape (n, 1)."""
+        return self[:, 1:2]
+
+    @property
+    def z(self) -> Batch:
+        """Third component, shape (n, 1)."""
+        return self[:, 2:3]
+
+
+STATE = frozenset({"position", "velocity", "orientation", "angular_velocity"})
+"""What flight changes; a law that reads none of it, nor time, is constant."""
+
+
+class BodyView:
+    """The objects of a batch as a law sees them; read-only.
+
+    ``position`` [m], ``velocity`` [m/s], ``angular_velocity`` [rad/s] (n, 3) in the world frame, ``orientation`` (n, 4), ``mass``
+    [kg] and every column (n, 1), ``inertia`` [kg m^2] (n, 3); ``time`` [s] and ``up`` (3,) are of the scene.
+    """
+
+    __slots__ = ("_fetch", "_held", "_reads", "count")
+
+    def __init__(self, fetch: Callable[[str], Any], reads: set[str], count: int) -> None:
+        object.__setattr__(self, "_fetch", fetch)
+        object.__setattr__(self, "_held", {})
+        object.__setattr__(self, "_reads", reads)
+        object.__setattr__(self, "count", count)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        self._reads.add(name)
+        held = self._held
+        if name not in held:
+            value = self._fetch(name)
+            if isinstance(value, np.ndarray) and value.ndim:
+                value = (value if value.ndim == 2 or name == "up" else value[:, None]).view(Batch)
+                value.flags.writeable = False
+            held[name] = value
+        return held[name]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"body.{name} is read-only in a force law; return the force, or write a free-form law")

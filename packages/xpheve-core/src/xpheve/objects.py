@@ -1,0 +1,356 @@
+"""PhysicalObject: a handle on a row of an engine's bodies; before and after that it owns its state itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from xpheve.errors import InvalidValueError, OwnershipError, StaleHandleError
+from xpheve.forces import Force, Vec, vector
+from xpheve.shapes.base import Shape
+
+if TYPE_CHECKING:
+    from xpheve.laws.law import PhysicalLaw
+
+Quat = tuple[float, float, float, float]
+
+FIELDS = ("position", "velocity", "orientation", "angular_velocity", "mass", "inertia")
+
+
+def quaternion(value: Any, what: str) -> Quat:
+    """``value`` as a unit quaternion (w, x, y, z); scaled to length 1 unless it has it to rounding."""
+    try:
+        w, x, y, z = (float(component) for component in value)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{what} = {value!r}: four numbers (w, x, y, z) are needed") from None
+    square = w * w + x * x + y * y + z * z
+    if not 1e-200 < square < 1e200:
+        raise InvalidValueError(f"{what} = {(w, x, y, z)}: a finite quaternion other than 0 is needed")
+    if abs(square - 1.0) > 4e-16:
+        length = math.sqrt(square)
+        w, x, y, z = w / length, x / length, y / length, z / length
+    return w + 0.0, x + 0.0, y + 0.0, z + 0.0
+
+
+def positive_mass(value: Any, what: str) -> float:
+    """``value`` as a finite mass above 0; raises `InvalidValueError`."""
+    try:
+        mass = float(value)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"{what} = {value!r}: a number of kilograms is needed") from None
+    if not 0 < mass < math.inf:
+        raise InvalidValueError(
+            f"{what} = {mass}: a finite mass above 0 kg is needed; what never moves has fixed=True"
+        )
+    return mass
+
+
+def principal_moments(value: Any, what: str) -> Vec:
+    """``value`` as principal moments of inertia; one number stands for three equal ones."""
+    if isinstance(value, (int, float)):
+        value = (value, value, value)
+    a, b, c = moments = vector(value, what)
+    if min(moments) < 0 or (min(moments) == 0 and max(moments) > 0):
+        raise InvalidValueError(f"{what} = {moments}: principal moments [kg m^2] are all above 0, or all 0 for a point")
+    if max(a - b - c, b - c - a, c - a - b) > 1e-9 * max(moments):
+        raise InvalidValueError(
+            f"{what} = {moments}: no body has these principal moments, the largest is more than the sum of the others; "
+            "give them along the body's principal axes"
+        )
+    return moments
+
+
+class PhysicalObject:
+    """What moves as one: pose, velocity, mass, shape, and columns that laws ask for.
+
+    Parameters
+    ----------
+    shape
+        A `xpheve.shapes.Shape`, or None for a point.
+    mass, density
+        Mass [kg], default 1; or density [kg/m^3] of the shape.
+    position, velocity
+        Of the centre of mass [m], [m/s]; shape (3,), world frame.
+    orientation
+        Quaternion (w, x, y, z), body to world.
+    angular_velocity
+        [rad/s], shape (3,), world frame.
+    inertia
+        Principal moments [kg m^2] about the body's x, y, z; by default those of the solid shape.
+    fixed
+        Never moves, whatever acts on it.
+    name
+        For files and listings; unique in an engine if not empty.
+    **columns
+        Values of columns that laws declare, such as ``restitution=0.5``.
+
+    Raises
+    ------
+    InvalidValueError
+        If a value is not finite, of the wrong shape, or no body could have it.
+    """
+
+    __slots__ = ("__weakref__", "_columns", "_engine", "_own", "_row", "fixed", "name", "rank", "serial", "shape")
+
+    def __init__(
+        self,
+        shape: Shape | None = None,
+        *,
+        mass: float | None = None,
+        position: Sequence[float] = (0.0, 0.0, 0.0),
+        velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
+        angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
+        inertia: float | Sequence[float] | None = None,
+        density: float | None = None,
+        fixed: bool = False,
+        name: str = "",
+        **columns: float,
+    ) -> None:
+        label = f"object {name!r}" if name else "object"
+        if shape is not None and not isinstance(shape, Shape):
+            raise InvalidValueError(f"{label}: shape = {shape!r} is no shape; give one such as xpheve.Sphere(0.1)")
+        if not isinstance(name, str):
+            raise InvalidValueError(f"{label}: name = {name!r}: a text is needed")
+        self._engine: Any = None
+        self._row = -1
+        self.serial = -1
+        self.rank = -1
+        self.shape = shape
+        self.fixed = bool(fixed)
+        self.name = name
+        self._columns = _check_columns(columns, label)
+        mass = self._mass_of(mass, density, label)
+        if inertia is None:
+            inertia = (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) else shape.inertia(mass)
+        if shape is not None and math.isinf(shape.reach) and not fixed:
+            raise InvalidValueError(f"{label}: a {shape.kind} has no end, so it cannot move: say fixed=True")
+        self._own: dict[str, Any] = {
+            "position": vector(position, f"{label}: position"),
+            "velocity": vector(velocity, f"{label}: velocity"),
+            "orientation": quaternion(orientation, f"{label}: orientation"),
+            "angular_velocity": vector(angular_velocity, f"{label}: angular_velocity"),
+            "mass": mass,
+            "inertia": principal_moments(inertia, f"{label}: inertia"),
+        }
+        if fixed and (any(self._own["velocity"]) or any(self._own["angular_velocity"])):
+            raise InvalidValueError(f"{label}: fixed=True, yet it has a velocity; what moves is not fixed")
+
+    def _mass_of(self, mass: float | None, density: float | None, label: str) -> float:
+        if density is None:
+            return positive_mass(1.0 if mass is None else mass, f"{label}: mass")
+        if mass is not None:
+            raise InvalidValueError(f"{label}: mass = {mass} and density = {density}: give one of them")
+        if self.shape is None or math.isinf(self.shape.volume):
+            raise InvalidValueError(f"{label}: density = {density} needs a shape with a volume; give mass")
+        return positive_mass(density * self.shape.volume, f"{label}: density * volume")
+
+    def __repr__(self) -> str:
+        label = f" {self.name!r}" if self.name else (f" #{self.serial}" if self.serial >= 0 else "")
+        shape = f" {self.shape!r}" if self.shape is not None else ""
+        return f"<PhysicalObject{label}{shape}{' fixed' if self.fixed else ''}>"
+
+    @property
+    def label(self) -> str:
+        """The name, or the serial number for an object that has none."""
+        return self.name or f"#{self.serial}"
+
+    def __copy__(self) -> PhysicalObject:
+        """A free object with the same state, columns and name, in no engine and without forces."""
+        state = {field: self._get(field) for field in FIELDS}
+        return type(self)(self.shape, fixed=self.fixed, name=self.name, **state, **self.columns)
+
+    # The state, read and written wherever it lives
+
+    def _home(self) -> Any:
+        engine = self._engine
+        if engine is not None and not engine.owns(self):
+            raise StaleHandleError(f"{self!r}: its row now belongs to another object; take the handle from engine.objects")
+        return engine
+
+    def _get(self, name: str) -> Any:
+        engine = self._home()
+        return self._own[name] if engine is None else engine.read_object(self, name)
+
+    def _set(self, name: str, value: Any) -> None:
+        engine = self._home()
+        if self.fixed and name in ("velocity", "angular_velocity") and any(value):
+            raise InvalidValueError(f"{self!r} is fixed: its {name} cannot be {value}")
+        if engine is None:
+            self._own[name] = value
+        else:
+            engine.write_object(self, name, value)
+
+    @property
+    def position(self) -> Vec:
+        """Position [m] of the centre of mass, world frame."""
+        found: Vec = self._get("position")
+        return found
+
+    @position.setter
+    def position(self, value: Sequence[float]) -> None:
+        self._set("position", vector(value, f"{self!r}: position"))
+
+    @property
+    def velocity(self) -> Vec:
+        """Velocity [m/s] of the centre of mass, world frame."""
+        found: Vec = self._get("velocity")
+        return found
+
+    @velocity.setter
+    def velocity(self, value: Sequence[float]) -> None:
+        self._set("velocity", vector(value, f"{self!r}: velocity"))
+
+    @property
+    def orientation(self) -> Quat:
+        """Unit quaternion (w, x, y, z), body to world."""
+        found: Quat = self._get("orientation")
+        return found
+
+    @orientation.setter
+    def orientation(self, value: Sequence[float]) -> None:
+        self._set("orientation", quaternion(value, f"{self!r}: orientation"))
+
+    @property
+    def angular_velocity(self) -> Vec:
+        """Angular velocity [rad/s], world frame."""
+        found: Vec = self._get("angular_velocity")
+        return found
+
+    @angular_velocity.setter
+    def angular_velocity(self, value: Sequence[float]) -> None:
+        self._set("angular_velocity", vector(value, f"{self!r}: angular_velocity"))
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]. Setting it corrects the forces that laws stored."""
+        return float(self._get("mass"))
+
+    @mass.setter
+    def mass(self, value: float) -> None:
+        self._set("mass", positive_mass(value, f"{self!r}: mass"))
+
+    @property
+    def inertia(self) -> Vec:
+        """Principal moments of inertia [kg m^2] about the body's axes."""
+        found: Vec = self._get("inertia")
+        return found
+
+    @inertia.setter
+    def inertia(self, value: float | Sequence[float]) -> None:
+        self._set("inertia", principal_moments(value, f"{self!r}: inertia"))
+
+    # Columns that laws declare
+
+    @property
+    def columns(self) -> dict[str, float]:
+        """The columns that were given values, by name."""
+        return dict(self._columns)
+
+    def __getitem__(self, name: str) -> float:
+        if name in self._columns:
+            return self._columns[name]
+        engine = self._home()
+        if engine is not None:
+            return float(engine.read_column(self, name))
+        raise KeyError(f"{self!r} was given no column {name!r}")
+
+    def __setitem__(self, name: str, value: float) -> None:
+        checked = _check_columns({name: value}, repr(self))
+        engine = self._home()
+        if engine is None:
+            self._columns.update(checked)
+        else:
+            engine.write_column(self, name, checked[name])
+
+    def __getattr__(self, name: str) -> float:
+        if not name.startswith("_"):
+            try:
+                return self[name]
+            except (KeyError, InvalidValueError):
+                pass
+        raise AttributeError(f"{type(self).__name__} has no attribute or column {name!r}")
+
+    # Forces and laws
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """The forces that act now: the user's and those that laws stored, with the time each still has."""
+        engine = self._home()
+        return () if engine is None else engine.forces_of(self)
+
+    def add_force(self, force: Force | Sequence[float], duration: float = math.inf, id: int | str | None = None) -> Force:
+        """Let a force act from now on; returns it with its id.
+
+        Raises
+        ------
+        OwnershipError
+            If the object is in no engine.
+        InvalidValueError
+            If the force is not finite, its duration negative, or it turns an object that has no inertia.
+        """
+        engine = self._in_engine("add_force")
+        given = force if isinstance(force, Force) else Force(force, duration, id)
+        added: Force = engine.add_force(self, given)
+        return added
+
+    def remove_force(self, id: int | str) -> int:
+        """Take away all forces of this object with ``id``; returns how many there were."""
+        return int(self._in_engine("remove_force").remove_force(self, id))
+
+    @property
+    def laws(self) -> tuple[PhysicalLaw, ...]:
+        """The laws the object obeys."""
+        engine = self._home()
+        return () if engine is None else engine.laws_of(self)
+
+    @property
+    def engine(self) -> Any:
+        """The engine the object is in, or None."""
+        return self._engine
+
+    def _in_engine(self, call: str) -> Any:
+        engine = self._home()
+        if engine is None:
+            raise OwnershipError(f"{self!r} is in no engine: add it with engine.add_object before {call}")
+        return engine
+
+
+def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
+    checked = {}
+    for name, value in columns.items():
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = math.nan
+        if not math.isfinite(number):
+            from xpheve.plugins.suggest import did_you_mean
+
+            hint = did_you_mean(name, [*FIELDS, "shape", "fixed", "name", "density"])
+            raise InvalidValueError(f"{label}: column {name} = {value!r}: a finite number is needed.{hint}")
+        if not hasattr(PhysicalObject, name) and name.isidentifier():
+            near = _near_field(name)
+            if near:
+                raise InvalidValueError(f"{label}: no property {name!r}; did you mean {near!r}?")
+        checked[name] = number
+    return checked
+
+
+def _near_field(name: str) -> str:
+    """The property of an object that ``name`` seems to misspell, or ``""``."""
+    for known in (*FIELDS, "shape", "fixed", "density"):
+        if name != known and len(name) > 3 and _one_edit_apart(name, known):
+            return known
+    return ""
+
+
+def _one_edit_apart(a: str, b: str) -> bool:
+    """Whether one letter left out, put in, changed, or two swapped, makes ``a`` to ``b``."""
+    if abs(len(a) - len(b)) > 1:
+        return False
+    start = 0
+    while start < min(len(a), len(b)) and a[start] == b[start]:
+        start += 1
+    x, y = a[start:], b[start:]
+    return x[1:] == y or x == y[1:] or x[1:] == y[1:] or (x[2:] == y[2:] and x[:2] == y[1::-1])

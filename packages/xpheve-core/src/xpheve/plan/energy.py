@@ -1,0 +1,151 @@
+"""Conserved quantities of a scene at its present time; sums are rounded once (fsum), whatever the order."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.plan.evaluation import pairs_of
+from xpheve.steppers.contract import Array
+
+if TYPE_CHECKING:
+    from xpheve.plan.world import World
+
+Vec = tuple[float, float, float]
+
+
+class Energy(NamedTuple):
+    """Kinetic and potential energy [J], and the work [J] done so far by what has no potential: drag, impacts, user forces."""
+
+    kinetic: float
+    potential: float
+    work: float
+
+    @property
+    def total(self) -> float:
+        """Kinetic plus potential energy [J]."""
+        return self.kinetic + self.potential
+
+    @property
+    def balance(self) -> float:
+        """Kinetic plus potential energy less work [J]: constant but for error."""
+        return math.fsum((self.kinetic, self.potential, -self.work))
+
+
+class Snapshot:
+    """The state of all rows at the present time, read once."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.count = world.bodies.count
+        self._held: dict[str, Array] = {}
+        self.moving = ~world.bodies.fixed[: self.count]
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._held:
+            self._held[name] = self.world.read_all(name, self.world.time)
+        return self._held[name]
+
+    @property
+    def mass(self) -> Array:
+        found: Array = self.world.bodies.arrays["mass"][0, : self.count]
+        return found
+
+    def spin(self) -> Array:
+        """Angular momentum [kg m^2/s] of each body about its centre, world frame, shape (3, n)."""
+        w, x, y, z = self["orientation"]
+        r = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        inertia = self.world.bodies.arrays["inertia"][:, : self.count]
+        local = inertia * np.einsum("jin,jn->in", r, self["angular_velocity"])
+        found: Array = np.einsum("ijn,jn->in", r, local)
+        return found
+
+
+def energy(world: World) -> Energy:
+    """Energy of all moving objects, and of the laws that have a potential."""
+    shot = Snapshot(world)
+    v, m = shot["velocity"], shot.mass
+    parts = [0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])]
+    if shot["angular_velocity"].any():
+        spin, omega = shot.spin(), shot["angular_velocity"]
+        parts.append(0.5 * (spin[0] * omega[0] + spin[1] * omega[1] + spin[2] * omega[2]))
+    kinetic = math.fsum(value for part in parts for value in part[shot.moving].tolist())
+    return Energy(kinetic, _potential(world, shot), math.fsum([*world.work.values(), *_running_work(world, shot)]))
+
+
+def _potential(world: World, shot: Snapshot) -> float:
+    found: list[float] = []
+    for law in world.laws:
+        if not (isinstance(law, ContinuousLaw) and law.enabled and not law.containers and law.defines("potential")):
+            continue
+        members = world.in_rank_order(world.mapping.objects(law))
+        reads: set[str] = set()
+        time = world.time[0]
+        if isinstance(law, FieldLaw):
+            rows = np.array([obj._row for obj in members if not obj.fixed], dtype=np.int64)
+            if len(rows):
+                view = world.evaluator.view(law, rows, time, lambda name, rows=rows: shot[name][:, rows], reads)
+                found += world.evaluator.potential(law, (view,), rows, time).tolist()
+        elif isinstance(law, PairLaw):
+            pairs = pairs_of(law, members)
+            if pairs:
+                a, b = (np.array([pair[k]._row for pair in pairs], dtype=np.int64) for k in (0, 1))
+                views = [
+                    world.evaluator.view(law, side, time, lambda name, side=side: shot[name][:, side], reads)
+                    for side in (a, b)
+                ]
+                found += world.evaluator.potential(law, views, a, time).tolist()
+    return math.fsum(found)
+
+
+def _running_work(world: World, shot: Snapshot) -> list[float]:
+    """Work over the flights that are under way."""
+    from xpheve.plan.world import work_of
+
+    found: list[float] = []
+    bodies = world.bodies
+    for obj, stored in world.forces.of.items():
+        for one in stored:
+            if one.accounted or obj._row < 0:
+                continue
+            row = obj._row
+            held: dict[str, Any] = {name: bodies.get(name, row) for name in ("position", "angular_velocity")}
+            flown: dict[str, Any] = {name: tuple(shot[name][:, row].tolist()) for name in held}
+            found.append(work_of(one.force, held, flown, world.time, bodies.clock_of(row)))
+    for batch in world.batches:
+        if batch.working is not None and batch.state.count:
+            rows = batch.state.rows
+            way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
+            found += (batch.working * way).ravel().tolist()
+    return found
+
+
+def momentum(world: World) -> Vec:
+    """Sum of m v [kg m/s] over all moving objects, world frame."""
+    shot = Snapshot(world)
+    return _vector(shot.mass * shot["velocity"], shot)
+
+
+def angular_momentum(world: World) -> Vec:
+    """Sum of m x cross v + I omega [kg m^2/s] over all moving objects, about the origin, world frame."""
+    shot = Snapshot(world)
+    x, v = shot["position"], shot["velocity"]
+    orbital = shot.mass * np.array(
+        [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]]
+    )
+    both = np.concatenate([orbital[:, shot.moving], shot.spin()[:, shot.moving]], axis=1)
+    return math.fsum(both[0].tolist()), math.fsum(both[1].tolist()), math.fsum(both[2].tolist())
+
+
+def _vector(values: Array, shot: Snapshot) -> Vec:
+    x, y, z = (math.fsum(component[shot.moving].tolist()) for component in values)
+    return x, y, z

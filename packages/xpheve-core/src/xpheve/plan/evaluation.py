@@ -1,0 +1,222 @@
+"""Laws evaluated over batches of objects in NumPy, and what they read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xpheve.bodies import STATE_WIDTHS, Bodies
+from xpheve.errors import LawFailedError
+from xpheve.kernels.clock import Instant
+from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.laws.view import STATE, BodyView
+from xpheve.objects import PhysicalObject
+from xpheve.steppers.contract import Array, Rows
+
+Fetch = Callable[[str], Array]
+UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class Evaluator:
+    """Calls the methods of laws with views of an engine's bodies."""
+
+    def __init__(self, bodies: Bodies, up: str) -> None:
+        self.bodies = bodies
+        self.up = np.array(UP[up])
+
+    def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
+        """A view of ``rows``; ``state(name)`` gives the flying columns, shape (width, rows)."""
+        bodies = self.bodies
+
+        def fetch(name: str) -> Any:
+            if name in STATE_WIDTHS:
+                return np.ascontiguousarray(state(name).T) if len(rows) < 64 else state(name).T
+            if name == "mass":
+                return bodies.arrays["mass"][0, rows]
+            if name == "inertia":
+                return bodies.arrays["inertia"][:, rows].T
+            if name == "time":
+                return time
+            if name == "up":
+                return self.up.copy()
+            if name in bodies.columns:
+                return bodies.columns[name][rows]
+            from xpheve.plugins.suggest import did_you_mean
+
+            known = [*STATE_WIDTHS, "mass", "inertia", "time", "up", *bodies.columns]
+            raise LawFailedError(
+                f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
+                f"at hand: {', '.join(known)}.{did_you_mean(name, known)}"
+            )
+
+        return BodyView(fetch, reads, len(rows))
+
+    def field(
+        self, law: FieldLaw, rows: Rows, time: float, state: Fetch, reads: set[str]
+    ) -> tuple[Array | None, Array | None]:
+        """Force and torque of a field law, shape (3, rows) each, or None where the law has no such method."""
+        view = self.view(law, rows, time, state, reads)
+        results: list[Array | None] = []
+        for method in ("force", "torque"):
+            if law.defines(method):
+                results.append(self._checked(law, method, (view,), rows, time))
+            else:
+                results.append(None)
+        return results[0], results[1]
+
+    def pair(
+        self, law: PairLaw, a: Rows, b: Rows, time: float, state: Callable[[str], Array], reads: set[str]
+    ) -> Array:
+        """Force on ``a`` of each pair, shape (3, pairs); ``state(name)`` is over all rows of the engine."""
+        view_a = self.view(law, a, time, lambda name: state(name)[:, a], reads)
+        view_b = self.view(law, b, time, lambda name: state(name)[:, b], reads)
+        return self._checked(law, "force", (view_a, view_b), a, time)
+
+    def _checked(
+        self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float
+    ) -> Array:
+        result = self._call(law, method, views, rows, time)
+        try:
+            full = np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 3)).T
+        except (ValueError, TypeError):
+            shape = np.shape(result)
+            raise LawFailedError(
+                f"{law.label()}.{method} returned an array of shape {shape}; ({len(rows)}, 3) or (3,) is needed: one vector an object"
+            ) from None
+        if not np.isfinite(full).all():
+            bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
+            obj = self.bodies.objects[int(rows[bad])]
+            value = tuple(full[:, bad].tolist())
+            raise LawFailedError(f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before")
+        return full
+
+    def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
+        with np.errstate(all="ignore"):
+            try:
+                return getattr(law, method)(*views)
+            except LawFailedError:
+                raise
+            except Exception as error:
+                names = ", ".join(self.bodies.objects[int(row)].label for row in rows[:3])
+                more = ", ..." if len(rows) > 3 else ""
+                raise LawFailedError(
+                    f"{law.label()}.{method} raised {type(error).__name__}: {error}; at t = {time} s for {names}{more}"
+                ) from error
+
+    def potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> NDArray[np.float64]:
+        """Potential energy [J] of each object or pair, shape (rows,)."""
+        result = np.asarray(self._call(law, "potential", views, rows, time), dtype=float)
+        return np.broadcast_to(result, (len(rows), 1))[:, 0]
+
+
+def is_constant(reads: set[str]) -> bool:
+    """Whether a law that read ``reads`` reads neither state nor time."""
+    return not (reads & STATE) and "time" not in reads
+
+
+def pairs_of(
+    law: PairLaw, members: Sequence[PhysicalObject]
+) -> list[tuple[PhysicalObject, PhysicalObject]]:
+    """The pairs a pair law acts on, by rank; two fixed objects are none."""
+    if law.between is None:
+        found = [(a, b) for k, a in enumerate(members) for b in members[k + 1 :] if not (a.fixed and b.fixed)]
+    else:
+        these, those = ([obj for obj in members if obj in side] for side in law.between)
+        found = []
+        seen: set[frozenset[PhysicalObject]] = set()
+        for a in these:
+            for b in those:
+                key = frozenset((a, b))
+                if a is not b and key not in seen and not (a.fixed and b.fixed):
+                    seen.add(key)
+                    found.append((a, b))
+    return found
+
+
+class BatchSources:
+    """What acts along the way on the rows of a batch; see `xpheve.steppers.contract.Sources`."""
+
+    def __init__(self, world: Any, laws: Sequence[ContinuousLaw], objects: Sequence[PhysicalObject]) -> None:
+        self.world = world
+        self.laws = laws
+        self.working: Array = np.zeros((3, 0))
+        bodies: Bodies = world.bodies
+        rows = {obj: obj._row for obj in objects}
+        self.fields: list[tuple[FieldLaw, Array]] = []
+        self.pairs: list[tuple[PairLaw, Rows, Rows]] = []
+        for law in laws:
+            members = world.in_rank_order(world.mapping.objects(law))
+            if isinstance(law, FieldLaw):
+                mask = np.zeros(bodies.capacity, dtype=bool)
+                mask[[rows[obj] for obj in members if obj in rows]] = True
+                self.fields.append((law, mask))
+            elif isinstance(law, PairLaw):
+                found = [pair for pair in pairs_of(law, members) if pair[0] in rows or pair[1] in rows]
+                a = np.array([one._row for one, _ in found], dtype=np.int64)
+                b = np.array([other._row for _, other in found], dtype=np.int64)
+                self.pairs.append((law, a, b))
+
+    def joined(self, rows: Sequence[int]) -> list[int]:
+        """``rows`` and all that pair laws join with them, ascending."""
+        objects = self.world.bodies.objects
+        found = {other._row for row in rows for other in self.world.group_of(objects[row])}
+        return sorted(found)
+
+    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
+        """Sums of forces and torques over the laws, in rank order."""
+        force, torque = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
+        self.working = np.zeros((3, len(rows)))
+        reads_velocity = False
+        for law, mask in self.fields:
+            inside = np.flatnonzero(mask[rows])
+            if not len(inside):
+                continue
+            reads: set[str] = set()
+            found, twist = self.world.evaluator.field(
+                law, rows[inside], t[0], lambda name, inside=inside: state[name][:, inside], reads
+            )
+            law.evaluations += 1
+            if found is not None:
+                force[:, inside] += found
+                if not law.defines("potential"):
+                    self.working[:, inside] += found
+            if twist is not None:
+                torque[:, inside] += twist
+            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
+        for law, a, b in self.pairs:
+            reads = set()
+            self._add_pairs(law, a, b, rows, t, state, force, reads)
+            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
+        return force, torque, reads_velocity
+
+    def _add_pairs(
+        self, law: PairLaw, a: Rows, b: Rows, rows: Rows, t: Instant, state: dict[str, Array], force: Array, reads: set[str]
+    ) -> None:
+        bodies: Bodies = self.world.bodies
+        place = np.full(bodies.count, -1, dtype=np.int64)
+        place[rows] = np.arange(len(rows))
+        acting = (place[a] >= 0) | (place[b] >= 0)
+        a, b = a[acting], b[acting]
+        if not len(a):
+            return
+
+        def everywhere(name: str) -> Array:
+            whole: Array = bodies.arrays[name][:, : bodies.count].copy()
+            whole[:, rows] = state[name]
+            return whole
+
+        found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
+        law.evaluations += 1
+        total = np.zeros_like(force)
+        for rows_of, sign in ((a, 1.0), (b, -1.0)):
+            inside = place[rows_of] >= 0
+            where = place[rows_of][inside]
+            for k in range(3):
+                # bincount adds in the order of the pairs, which is that of rank.
+                total[k] += np.bincount(where, weights=sign * found[k][inside], minlength=len(rows))
+        force += total
+        if not law.defines("potential"):
+            self.working += total

@@ -1,0 +1,419 @@
+"""A world as plain values and arrays, and back: for reset, copy, checkpoint and restore.
+
+Predictions and the queue are not kept: they are made again from the flights, to the same bits.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+from xpheve.errors import RecordError, UnknownLawError
+from xpheve.events import Entry
+from xpheve.forces import Force
+from xpheve.laws import Event, LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import conditions as when
+from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.plan.groups import Batch, choose, find_group
+from xpheve.plan.stored import StoredForce
+from xpheve.plan.world import World, _Delivery
+from xpheve.steppers.contract import Signature
+
+Header = dict[str, Any]
+Arrays = dict[str, NDArray[Any]]
+
+VERSION = 1
+
+
+class Saved:
+    """A world at an instant: header, arrays, and the live handles it had."""
+
+    def __init__(
+        self,
+        header: Header,
+        arrays: Arrays,
+        objects: Sequence[PhysicalObject],
+        laws: Sequence[PhysicalLaw],
+        containers: Sequence[LawContainer],
+    ) -> None:
+        self.header, self.arrays = header, arrays
+        self.objects, self.laws, self.containers = objects, laws, containers
+
+    def portable(self) -> tuple[Header, Arrays]:
+        """Without live handles; raises `RecordError` if something in it cannot be written."""
+        try:
+            json.dumps(self.header)
+        except (TypeError, ValueError) as error:
+            raise RecordError(f"the scene holds something that cannot be saved ({error}): post plain values only") from None
+        return self.header, self.arrays
+
+
+def save(world: World, started: bool) -> Saved:
+    """Everything that the future of ``world`` depends on."""
+    bodies, n = world.bodies, world.bodies.count
+    laws, containers = list(world.laws), list(world.containers)
+    number = {law: k for k, law in enumerate(laws)}
+    owner = {None: "user", **{law: k for law, k in number.items()}}
+    header: Header = {
+        "format": "xpheve checkpoint",
+        "version": VERSION,
+        "up": world.up,
+        "seed": world.seed,
+        "started": started,
+        "time": world.time,
+        "epoch": world.ranks.epoch,
+        "ranks": [world.ranks.next_object, world.ranks._next],
+        "force_ids": world.force_ids.last,
+        "next_serial": world._next_serial,
+        "grid": world.grid,
+        "posts": world.posts,
+        "events": world.events,
+        "work": world.work,
+        "settings": dataclasses.asdict(world.settings),
+        "dirty": world.dirty,
+        "unplanned": [obj.serial for obj in world.unplanned],
+        "laws": [_law(world, law) for law in laws],
+        "containers": [_container(world, container, number) for container in containers],
+        "objects": [_object(world, obj, number) for obj in bodies.objects],
+        "forces": [
+            [obj.serial, owner.get(one.owner, "contacts"), one.force.vector, one.force.torque, one.force.id, one.until, one.accounted]
+            for obj in bodies.objects
+            for one in world.forces.on(obj)
+        ],
+        "constant": {str(number[law]): sorted(reads) for law, reads in world.constant.items()},
+        "streams": {str(number[law]): stream.bit_generator.state for law, stream in world.streams.items()},
+        "batches": [
+            [batch.stepper.id, dataclasses.astuple(batch.signature), dict(batch.state.numbers)]
+            for batch in world.batches
+        ],
+        "waiting": _waiting(world, containers, number),
+        "contacts": None if world.contacts is None else world.contacts.save(),
+        "defaults": {name: _plain(value) for name, value in bodies.defaults.items()},
+    }
+    arrays: Arrays = {f"bodies.{name}": array[:, :n].copy() for name, array in bodies.arrays.items()}
+    arrays |= {f"column.{name}": array[:n].copy() for name, array in bodies.columns.items()}
+    for name in ("clock", "fixed", "serial", "version", "batch", "local"):
+        arrays[f"row.{name}"] = getattr(bodies, name)[..., :n].copy()
+    for k, batch in enumerate(world.batches):
+        arrays[f"batch{k}.rows"] = batch.state.rows.copy()
+        for name, array in batch.state.arrays.items():
+            arrays[f"batch{k}.array.{name}"] = array.copy()
+    return Saved(header, arrays, list(bodies.objects), laws, containers)
+
+
+def _plain(value: float) -> Any:
+    return None if math.isnan(value) else value
+
+
+def _law(world: World, law: PhysicalLaw) -> Header:
+    between = getattr(law, "between", None)
+    return {
+        "id": law.label(),
+        "serial": world.laws[law],
+        "name": law.name,
+        "enabled": law.enabled,
+        "parameters": dict(law.parameters),
+        "state": {key: list(value) if isinstance(value, list) else value for key, value in law.state.items()},
+        "evaluations": law.evaluations,
+        "rank": world.ranks.law_ranks.get(law),
+        "between": None if between is None else [[obj.serial for obj in side] for side in between],
+    }
+
+
+def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, int]) -> Header:
+    condition = container.condition
+    return {
+        "id": container.label(),
+        "name": container.name,
+        "condition": None
+        if condition is None
+        else [type(condition).__name__, {f.name: getattr(condition, f.name) for f in dataclasses.fields(condition)}],
+        "laws": [number[law] for law in container.laws],
+        "rank": world.ranks.container_ranks.get(container),
+        "timer": world.timers.get(container),
+        "spent": container in world.spent,
+        "counts": [container.firings, container.detections],
+    }
+
+
+def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -> Header:
+    return {
+        "serial": obj.serial,
+        "name": obj.name,
+        "shape": None if obj.shape is None else obj.shape.describe(),
+        "rank": obj.rank,
+        "columns": dict(obj._columns),
+        "laws": [[number[law], since] for law, since in world.mapping.laws(obj).items()],
+    }
+
+
+def _waiting(world: World, containers: list[LawContainer], number: dict[PhysicalLaw, int]) -> list[Any]:
+    """Deliveries on their way: instant, stage, rank, container, event."""
+    found = []
+    for item in sorted(world.queue._heap):
+        entry = item[-1]
+        if isinstance(entry.act, _Delivery) and entry.act.container in containers:
+            event = entry.act.event
+            source = event.source
+            found.append(
+                [
+                    entry.instant,
+                    entry.stage,
+                    entry.rank,
+                    containers.index(entry.act.container),
+                    [event.time, [obj.serial for obj in event.objects], event.id, event.data, event.dt],
+                    ["law", number[source]] if isinstance(source, PhysicalLaw) and source in number else ["", source],
+                ]
+            )
+    return found
+
+
+# Back
+
+
+def restore_into(engine: Any, saved: Saved) -> None:
+    """Bring ``engine`` back to ``saved`` with the handles it had then; what came since is let go with its last state."""
+    world = engine._world
+    kept = set(saved.objects)
+    for obj in list(world.bodies.objects):
+        state = {name: obj._get(name) for name in FIELDS}
+        obj._own.update(state)
+        if obj not in kept:
+            obj._engine, obj._row, obj.rank = None, -1, -1
+    for law in world.laws:
+        law.engine = None
+        law.containers = []
+    for container in world.containers:
+        container.engine = None
+        container.laws = []
+    engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers))
+    for law, entry in zip(saved.laws, saved.header["laws"], strict=True):
+        law.parameters = {key: tuple(v) if isinstance(v, list) else v for key, v in entry["parameters"].items()}
+        law._enabled = entry["enabled"]
+        law.evaluations = entry["evaluations"]
+        law.state = {key: list(v) if isinstance(v, list) else v for key, v in entry["state"].items()}
+    _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers)
+
+
+def revive(
+    kind: type[Any],
+    portable: tuple[Header, Arrays],
+    laws: Sequence[type[PhysicalLaw]],
+    containers: Sequence[type[LawContainer]],
+    registry: Any,
+) -> Any:
+    """A new engine of class ``kind`` from what `save` gave, with handles of its own."""
+    header, arrays = portable
+    if header.get("version") != VERSION:
+        raise RecordError(f"checkpoint version {header.get('version')!r}: this xpheve reads version {VERSION}; upgrade xpheve")
+    engine = kind(up=header["up"], seed=header["seed"], registry=registry)
+    local_laws = {law.label(): law for law in laws}
+    local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {"LawContainer": LawContainer}
+    made_laws = [_revive_law(engine, entry, local_laws) for entry in header["laws"]]
+    made_containers = [_revive_container(engine, entry, local_containers) for entry in header["containers"]]
+    objects = [_revive_object(entry, arrays, row) for row, entry in enumerate(header["objects"])]
+    _build(engine, header, arrays, objects, made_laws, made_containers)
+    engine._started = header["started"]
+    return engine
+
+
+def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]]) -> PhysicalLaw:
+    kind = local.get(entry["id"])
+    if kind is None:
+        if ":" not in entry["id"]:
+            raise UnknownLawError(f"the checkpoint needs the law class {entry['id']}, of no pack: restore(..., laws=[{entry['id']}])")
+        kind = engine.registry.law(entry["id"])
+    law = kind(name=entry["name"], enabled=entry["enabled"], **entry["parameters"])
+    law.state = dict(entry["state"])
+    law.evaluations = entry["evaluations"]
+    return law
+
+
+def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawContainer]]) -> LawContainer:
+    kind = local.get(entry["id"])
+    if kind is None:
+        if ":" not in entry["id"]:
+            raise UnknownLawError(
+                f"the checkpoint needs the container class {entry['id']}, of no pack: restore(..., containers=[{entry['id']}])"
+            )
+        kind = engine.registry.container(entry["id"])
+    condition = None
+    if entry["condition"] is not None:
+        name, values = entry["condition"]
+        condition = getattr(when, name)(**values)
+    container: LawContainer = kind(condition, name=entry["name"])
+    container.firings, container.detections = entry["counts"]
+    return container
+
+
+def _revive_object(entry: Header, arrays: Arrays, row: int) -> PhysicalObject:
+    from xpheve import shapes
+
+    shape = None
+    if entry["shape"] is not None:
+        described = dict(entry["shape"])
+        kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
+        shape = kinds[described.pop("kind")](**described)
+    values = {name: arrays[f"bodies.{name}"][:, row].tolist() for name in FIELDS}
+    obj = PhysicalObject(shape, name=entry["name"], **entry["columns"])
+    obj.fixed = bool(arrays["row.fixed"][row])
+    obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
+    return obj
+
+
+def _build(
+    engine: Any,
+    header: Header,
+    arrays: Arrays,
+    objects: Sequence[PhysicalObject],
+    laws: Sequence[PhysicalLaw],
+    containers: Sequence[LawContainer],
+) -> None:
+    """Fill the fresh world of ``engine``."""
+    world: World = engine._world
+    world.time = tuple(header["time"])
+    world.ranks.epoch = header["epoch"]
+    world.ranks.next_object, world.ranks._next = header["ranks"]
+    world.force_ids.last = header["force_ids"]
+    world._next_serial = header["next_serial"]
+    grid = header["grid"]
+    world.grid = None if grid is None else (tuple(grid[0]), grid[1], grid[2])
+    world.posts, world.events, world.work = header["posts"], header["events"], dict(header["work"])
+    world.settings = type(world.settings)(**header["settings"])
+    _build_laws(engine, world, header, laws, containers)
+    _build_bodies(engine, world, header, arrays, objects)
+    serials = {obj.serial: obj for obj in objects}
+    for law, entry in zip(laws, header["laws"], strict=True):
+        if isinstance(law, PairLaw) and entry["between"] is not None:
+            these, those = (tuple(serials[serial] for serial in side if serial in serials) for side in entry["between"])
+            law.between = (these, those)
+    _build_mapping(world, header, objects, laws)
+    _build_batches(engine, world, header, arrays)
+    for serial, owner, vector, torque, ident, until, accounted in header["forces"]:
+        source: Any = None if owner == "user" else world.contacts if owner == "contacts" else laws[owner]
+        force = Force(vector, id=ident, torque=torque)
+        obj = serials[serial]
+        stored = StoredForce(force, source, tuple(until), accounted)
+        world.forces.put(obj, stored)
+        world.watch_force(obj, stored)
+    for serial in header["unplanned"]:
+        world.unplanned[serials[serial]] = None
+    world.dirty = header["dirty"]
+    _build_queue(world, header, serials, laws, containers)
+    if world.contacts is not None:
+        world.contacts.restore(header["contacts"])
+        world.contacts.refresh([obj._row for obj in world.in_rank_order(objects)])
+
+
+def _build_laws(
+    engine: Any, world: World, header: Header, laws: Sequence[PhysicalLaw], containers: Sequence[LawContainer]
+) -> None:
+    for law, entry in zip(laws, header["laws"], strict=True):
+        law.engine = engine
+        world.laws[law] = entry["serial"]
+        if entry["rank"] is not None:
+            world.ranks.law_ranks[law] = entry["rank"]
+    for key, reads in header["constant"].items():
+        world.constant[laws[int(key)]] = set(reads)  # type: ignore[index]
+    for key, state in header["streams"].items():
+        stream = np.random.default_rng()
+        stream.bit_generator.state = state
+        world.streams[laws[int(key)]] = stream
+    for container, entry in zip(containers, header["containers"], strict=True):
+        container.engine = engine
+        container.laws = [laws[k] for k in entry["laws"]]
+        for law in container.laws:
+            law.containers.append(container)
+        world.containers.append(container)
+        if entry["rank"] is not None:
+            world.ranks.container_ranks[container] = entry["rank"]
+        if entry["timer"] is not None:
+            world.timers[container] = (tuple(entry["timer"][0]), entry["timer"][1])
+        if entry["spent"]:
+            world.spent.add(container)
+    from xpheve.plan.order import positions
+
+    world.law_positions = positions(laws)
+    if header["contacts"] is not None:
+        engine._serve_contacts()
+
+
+def _build_bodies(
+    engine: Any, world: World, header: Header, arrays: Arrays, objects: Sequence[PhysicalObject]
+) -> None:
+    bodies, n = world.bodies, len(objects)
+    bodies.reserve(n)
+    bodies.count = n
+    bodies.objects = list(objects)
+    for name, default in header["defaults"].items():
+        bodies.add_column(name, math.nan if default is None else default)[:n] = arrays[f"column.{name}"]
+    for name in bodies.arrays:
+        bodies.arrays[name][:, :n] = arrays[f"bodies.{name}"]
+    for name in ("clock", "fixed", "serial", "version", "batch", "local"):
+        getattr(bodies, name)[..., :n] = arrays[f"row.{name}"]
+    for row, (obj, entry) in enumerate(zip(objects, header["objects"], strict=True)):
+        obj._engine, obj._row = engine, row
+        obj.serial, obj.rank = entry["serial"], entry["rank"]
+        obj._columns = dict(entry["columns"])
+    bodies.change += 1
+
+
+def _build_mapping(world: World, header: Header, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]) -> None:
+    for obj, entry in zip(objects, header["objects"], strict=True):
+        for number, since in entry["laws"]:
+            world.mapping.add(obj, laws[number], tuple(since))
+    for obj in objects:
+        if obj not in world.groups and any(isinstance(law, PairLaw) for law in world.continuous_laws(obj)):
+            group = find_group(world, obj)
+            world.groups.update(dict.fromkeys(group, group))
+
+
+def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) -> None:
+    for k, (ident, signature, numbers) in enumerate(header["batches"]):
+        laws, torque, coupled = signature
+        signature = Signature(tuple(laws), torque, coupled)
+        choice = world.choices.get(signature)
+        if choice is None:
+            choice = world.choices[signature] = choose(signature, world._steppers())
+        if choice.stepper.id != ident:
+            raise RecordError(f"the checkpoint was made with the stepper {ident}, which is not at hand: install its pack")
+        rows = arrays[f"batch{k}.rows"].astype(np.int64)
+        state = choice.stepper.start(rows, world.bodies, world.time, None)
+        state.numbers = dict(numbers)
+        for name in state.arrays:
+            state.arrays[name] = arrays[f"batch{k}.array.{name}"].copy()
+        batch = Batch(k, signature, choice, state)
+        world.batches.append(batch)
+        world.sources(batch)
+
+
+def _build_queue(
+    world: World,
+    header: Header,
+    serials: dict[int, PhysicalObject],
+    laws: Sequence[PhysicalLaw],
+    containers: Sequence[LawContainer],
+) -> None:
+    for container in containers:
+        if container in world.timers and container not in world.spent:
+            world.set_timer(container)
+    for instant, stage, rank, number, (time, objects, ident, data, dt), (kind, source) in header["waiting"]:
+        event = Event(
+            time,
+            objects=tuple(serials[serial] for serial in objects if serial in serials),
+            id=ident,
+            data=data,
+            source=laws[source] if kind == "law" else source,
+            dt=dt,
+        )
+        world.queue.push(Entry(tuple(instant), stage, tuple(rank), _Delivery(world, containers[number], event)))
+
+
+__all__ = ["Saved", "restore_into", "revive", "save"]

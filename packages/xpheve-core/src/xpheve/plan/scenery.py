@@ -1,0 +1,267 @@
+"""Adding, removing and mapping: what changes a scene's structure, each checked whole before anything changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from xpheve.errors import InvalidValueError, OwnershipError
+from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PhysicalLaw, ResponseLaw
+from xpheve.laws import conditions as when
+from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.plan.world import World
+
+
+def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]) -> None:
+    """Raise if one of ``objects`` cannot be added with ``laws``."""
+    names = {obj.name for obj in world.bodies.objects if obj.name}
+    seen: set[int] = set()
+    for obj in objects:
+        if not isinstance(obj, PhysicalObject):
+            raise InvalidValueError(f"{obj!r} is no PhysicalObject")
+        if obj._engine is not None or id(obj) in seen:
+            where = "this engine" if obj._engine is engine else "another engine" if obj._engine is not None else "the list twice"
+            raise OwnershipError(
+                f"{obj!r} is in {where} already; an object is in one engine once: remove it there, or copy.copy it"
+            )
+        seen.add(id(obj))
+        if obj.name:
+            if obj.name in names:
+                raise InvalidValueError(f"an object named {obj.name!r} is in the engine already; names are unique: choose another")
+            names.add(obj.name)
+        _check_values(obj, laws)
+    for law in laws:
+        if law.engine is not engine:
+            raise OwnershipError(f"{law!r} is not in this engine: add it with engine.add_law first")
+    if laws and objects:
+        world.mapping.check(objects[0], laws)
+
+
+def _check_values(obj: PhysicalObject, laws: Iterable[PhysicalLaw]) -> None:
+    if not obj._columns:
+        return
+    for law in laws:
+        for name, column in law.columns.items():
+            if name in obj._columns:
+                column.check(obj._columns[name], obj.label if obj.name else "object", name)
+
+
+def add_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]) -> None:
+    """Add ``objects``, all under ``laws``, at the present time."""
+    if not objects:
+        return
+    n = len(objects)
+    values: dict[str, Any] = {name: np.array([obj._own[name] for obj in objects], dtype=float) for name in FIELDS}
+    values["fixed"] = [obj.fixed for obj in objects]
+    values["serial"] = np.arange(world._next_serial, world._next_serial + n)
+    rows = world.bodies.append(objects, values, world.time)
+    for k, (obj, row) in enumerate(zip(objects, rows, strict=True)):
+        obj.serial = world._next_serial + k
+        obj.rank = -1
+        obj._row = row
+        obj._engine = engine
+        world.unplanned[obj] = None
+    world._next_serial += n
+    world.dirty = True
+    for law in laws:
+        _add_columns(world, law)
+        for obj in objects:
+            world.mapping.add(obj, law, world.time)
+    _fill_columns(world, objects, laws)
+    _tell_mapped(world, when.ObjectAdded, objects, laws)
+
+
+def _add_columns(world: World, law: PhysicalLaw) -> None:
+    for name, column in law.columns.items():
+        world.bodies.add_column(name, column.default)
+
+
+def _fill_columns(world: World, objects: Iterable[PhysicalObject], laws: Iterable[PhysicalLaw]) -> None:
+    """Copy the objects' own values into the columns of ``laws``."""
+    wanted = {name for law in laws for name in law.columns}
+    if not wanted:
+        return
+    for obj in objects:
+        for name in wanted & obj._columns.keys():
+            world.bodies.columns[name][obj._row] = obj._columns[name]
+
+
+def _tell_mapped(
+    world: World, kind: type[when.Condition], objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]
+) -> None:
+    if not any(isinstance(container.condition, kind) for container in world.containers):
+        return
+    world.tell(
+        kind,
+        lambda container, condition: any(law in container.laws for law in laws),
+        Event(world.time[0], objects=tuple(objects)),
+    )
+
+
+def remove_object(world: World, obj: PhysicalObject) -> None:
+    """Take ``obj`` out; it owns its last state again."""
+    state = {name: world.read_row(obj._row, name) for name in FIELDS}
+    state["mass"] = state["mass"][0]  # type: ignore[assignment]
+    group = [other for other in world.groups.get(obj, []) if other is not obj]
+    laws = list(world.mapping.laws(obj))
+    _tell_mapped(world, when.ObjectRemoved, [obj], laws)
+    for law in laws:
+        for container in law.containers:
+            container.law_changed(law, "objects", obj)
+    world._rebase_row(obj)
+    for other in group:
+        world._rebase_row(other)
+        world.mark(other)
+    for law in world.mapping.remove_object(obj):
+        if isinstance(law, ContinuousLaw):
+            _forget_sources(world, law)
+    world.forces.of.pop(obj, None)
+    world.groups.pop(obj, None)
+    world.unplanned.pop(obj, None)
+    row = obj._row
+    bodies = world.bodies
+    moved = bodies.remove(row)
+    if moved != row:
+        other = bodies.objects[row]
+        other._row = row
+        number = int(bodies.batch[row])
+        if number >= 0:
+            batch = world.batches[number]
+            batch.state.rows[int(bodies.local[row])] = row
+            locate = getattr(batch.state, "locate", None)
+            if locate is not None:
+                locate()
+            batch.sources = None
+    for batch in world.batches:
+        batch.sources = None
+    if world.contacts is not None:
+        world.contacts.removed(obj, row, moved)
+    obj._row = -1
+    obj._engine = None
+    obj.rank = -1
+    obj._own.update(state)
+
+
+def _forget_sources(world: World, law: ContinuousLaw) -> None:
+    for batch in world.batches:
+        if law in batch.laws:
+            batch.sources = None
+
+
+def map_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
+    """Let ``obj`` obey ``law`` from now on; nothing happens if it does."""
+    if law in world.mapping.laws(obj):
+        return
+    world.mapping.check(obj, [law])
+    _check_values(obj, [law])
+    _add_columns(world, law)
+    world.mapping.add(obj, law, world.time)
+    _fill_columns(world, [obj], [law])
+    after_mapping(world, law, [obj])
+    _tell_mapped(world, when.ObjectAdded, [obj], [law])
+    for container in law.containers:
+        container.law_changed(law, "objects", obj)
+
+
+def unmap_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
+    """Let ``obj`` no longer obey ``law``; nothing happens if it does not."""
+    if law not in world.mapping.laws(obj):
+        return
+    _tell_mapped(world, when.ObjectRemoved, [obj], [law])
+    world.mapping.remove(obj, law)
+    withdraw(world, law, [obj])
+    after_mapping(world, law, [obj])
+    for container in law.containers:
+        container.law_changed(law, "objects", obj)
+
+
+def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObject]) -> None:
+    """``objects`` came under ``law``, left it, or the law was switched."""
+    if isinstance(law, ContinuousLaw) and not law.containers:
+        for obj in objects:
+            world.mark(obj)
+        _forget_sources(world, law)
+    elif isinstance(law, ResponseLaw) or any(c.condition and c.condition.served_by == "contacts" for c in law.containers):
+        with world.instant() as transaction:
+            transaction.refresh.update(objects)
+
+
+def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) -> None:
+    """Take away the forces that ``law`` stored on ``objects``."""
+    with world.instant() as transaction:
+        for obj in world.in_rank_order(objects):
+            if any(one.owner is law for one in world.forces.on(obj)):
+                if obj not in world.unplanned:
+                    transaction.touch(obj)
+                    transaction.forced.add(obj)
+                world.forces.withdraw(obj, law)
+
+
+def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
+    """A parameter of ``law`` changed, or it was switched: correct what rests on it, at this instant."""
+    objects = world.in_rank_order(world.mapping.objects(law))
+    if what == "enabled":
+        if law.enabled:
+            for obj in objects:
+                world.mapping.check(obj, [law])
+                world.mapping.add(obj, law, world.time)
+        else:
+            withdraw(world, law, objects)
+            if isinstance(law, ContinuousLaw):
+                world.constant.pop(law, None)
+        after_mapping(world, law, objects)
+        for container in law.containers:
+            container.law_changed(law, "enabled")
+        return
+    if not objects or not law.enabled:
+        return
+    if isinstance(law, FieldLaw) and law in world.constant:
+        planned = [obj for obj in objects if obj not in world.unplanned]
+        with world.instant():
+            if planned and not world.store_if_constant(law, planned):
+                withdraw(world, law, objects)
+                after_mapping(world, law, objects)
+    elif isinstance(law, ContinuousLaw) and not law.containers:
+        after_mapping(world, law, objects)
+    else:
+        after_mapping(world, law, objects)
+
+
+def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:
+    """``name`` of ``obj`` was written: store anew the forces of constant laws that read it."""
+    for law, reads in list(world.constant.items()):
+        if name in reads and law in world.mapping.laws(obj) and isinstance(law, FieldLaw):
+            world.store_if_constant(law, [obj])
+
+
+def remove_law(world: World, law: PhysicalLaw) -> None:
+    """Take ``law`` out of the scene with its mappings and forces."""
+    objects = world.in_rank_order(world.mapping.objects(law))
+    withdraw(world, law, objects)
+    for obj in objects:
+        unmap_law(world, obj, law)
+    if isinstance(law, ContinuousLaw):
+        world.constant.pop(law, None)
+    world.mapping.remove_law(law)
+    for container in list(law.containers):
+        container.remove_law(law)
+        if not container.laws and not container.name:
+            remove_container(world, container)
+    del world.laws[law]
+    world.ranks.law_ranks.pop(law, None)
+    law.engine = None
+
+
+def remove_container(world: World, container: LawContainer) -> None:
+    """Take ``container`` out; its laws stay, in no container."""
+    for law in list(container.laws):
+        container.remove_law(law)
+    world.containers.remove(container)
+    world.timers.pop(container, None)
+    world.spent.discard(container)
+    container.engine = None
+
+
+

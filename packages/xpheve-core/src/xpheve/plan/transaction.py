@@ -1,0 +1,93 @@
+"""Writes of one instant: kept whole, or taken back whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from xpheve.bodies import AUTHORED_WIDTHS, STATE_WIDTHS
+from xpheve.plan.stored import StoredForce
+
+if TYPE_CHECKING:
+    from xpheve.objects import PhysicalObject
+    from xpheve.plan.world import World
+
+NAMES = (*STATE_WIDTHS, *AUTHORED_WIDTHS)
+Values = dict[str, tuple[float, ...]]
+
+
+class Touched:
+    """An object that was materialised at this instant: what its row held before, and what flight had made of it."""
+
+    __slots__ = ("clock", "flown", "forces", "held")
+
+    def __init__(self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce]) -> None:
+        self.held = held
+        self.clock = clock
+        self.flown = flown
+        self.forces = forces
+
+
+class Transaction:
+    """All writes between two commits. Reading meanwhile sees what was written."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.touched: dict[PhysicalObject, Touched] = {}
+        self.forced: set[PhysicalObject] = set()
+        """Objects whose stored forces changed."""
+        self.written: dict[tuple[PhysicalObject, str], None] = {}
+        """What was authored, by object and name."""
+        self.refresh: set[PhysicalObject] = set()
+        """Objects whose contacts are to be predicted again although their flight is the same."""
+        self.replan: dict[PhysicalObject, None] = {}
+        self.undo: list[Callable[[], None]] = []
+        self.later: list[Callable[[], None]] = []
+        """Structural changes, made at the end of the instant."""
+
+    def touch(self, obj: PhysicalObject) -> int:
+        """Re-base the row of ``obj`` to this instant; returns the row."""
+        world, bodies = self.world, self.world.bodies
+        row = obj._row
+        if obj not in self.touched:
+            held = {name: bodies.get(name, row) for name in NAMES}
+            flown = {name: world.read_row(row, name) for name in STATE_WIDTHS} | {
+                name: held[name] for name in AUTHORED_WIDTHS
+            }
+            self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)))
+            for name in STATE_WIDTHS:
+                bodies.put(name, row, flown[name])
+            bodies.clock[:, row] = world.time
+        return row
+
+    def changed(self) -> list[PhysicalObject]:
+        """The touched objects whose state or forces are other than flight had made them, in rank order."""
+        bodies = self.world.bodies
+        found = [
+            obj
+            for obj, touched in self.touched.items()
+            if obj in self.forced or any(bodies.get(name, obj._row) != touched.flown[name] for name in NAMES)
+        ]
+        return self.world.in_rank_order(found)
+
+    def put_back(self, obj: PhysicalObject) -> None:
+        """Give the row of ``obj`` what it held before: nothing happened to it."""
+        touched, bodies = self.touched[obj], self.world.bodies
+        for name in NAMES:
+            bodies.put(name, obj._row, touched.held[name])
+        bodies.clock[:, obj._row] = touched.clock
+
+    def roll_back(self) -> None:
+        """Take everything back."""
+        for act in reversed(self.undo):
+            act()
+        for obj, touched in self.touched.items():
+            self.put_back(obj)
+            self.world.forces.of[obj] = touched.forces
+            self.world.sum_forces(obj)
+
+    def write(self, obj: PhysicalObject, name: str, value: Any) -> None:
+        """Set a property of ``obj``, as somebody's will."""
+        row = self.touch(obj)
+        self.world.bodies.put(name, row, value)
+        self.written[obj, name] = None

@@ -1,0 +1,816 @@
+"""The scene at work: bodies, laws, forces, batches, queue; how it is planned, and how one instant passes."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
+from xpheve.errors import ContactError, LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.events import AFTER, FORCE, START, Entry, EventQueue, Guard, Rank
+from xpheve.forces import Force, ForceIds
+from xpheve.kernels.clock import NEVER, START as ZERO, Instant, multiple
+from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
+from xpheve.laws import conditions as when
+from xpheve.objects import PhysicalObject
+from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
+from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
+from xpheve.plan.mapping import Mapping
+from xpheve.plan.order import positions
+from xpheve.plan.ranks import Ranks
+from xpheve.plan.stored import StoredForce, StoredForces
+from xpheve.plan.transaction import Transaction
+from xpheve.steppers.contract import Array, ContactServer, Flight, Settings, Signature, Stepper
+
+BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
+
+
+class World:
+    """Everything an engine holds between two calls."""
+
+    def __init__(self, up: str, seed: int, steppers: Callable[[], Iterable[Stepper]]) -> None:
+        self.up = up
+        self.seed = seed
+        self.time: Instant = ZERO
+        self.bodies = Bodies()
+        self.mapping = Mapping()
+        self.forces = StoredForces()
+        self.force_ids = ForceIds()
+        self.ranks = Ranks()
+        self.laws: dict[PhysicalLaw, int] = {}
+        """Laws with their serial numbers."""
+        self.containers: list[LawContainer] = []
+        self.batches: list[Batch] = []
+        self.choices: dict[Signature, Choice] = {}
+        self.groups: dict[PhysicalObject, list[PhysicalObject]] = {}
+        self.constant: dict[ContinuousLaw, set[str]] = {}
+        """Laws whose force is stored, with what they read."""
+        self.contacts: ContactServer | None = None
+        self.queue = EventQueue(self._is_live)
+        self.evaluator = Evaluator(self.bodies, up)
+        self.settings = Settings()
+        self.grid: tuple[Instant, float, int] | None = None
+        self.timers: dict[LawContainer, tuple[Instant, int]] = {}
+        """Containers that wait for time: since when, and how often they have been called."""
+        self.spent: set[LawContainer] = set()
+        """Containers that fire no more."""
+        self.streams: dict[PhysicalLaw, Any] = {}
+        self.work: dict[str, float] = {}
+        """Work [J] done by what has no potential, by label."""
+        self.transaction: Transaction | None = None
+        self.acting: PhysicalLaw | None = None
+        self.ahead = 0.0
+        """Time [s] by which handlers of host steps read ahead."""
+        self.renewed: set[tuple[PhysicalLaw, PhysicalObject]] = set()
+        """What laws stored in the present host step."""
+        self.events = 0
+        self.posts = 0
+        self.unplanned: dict[PhysicalObject, None] = {}
+        self.dirty = True
+        self.on_law_error = "raise"
+        self._steppers = steppers
+        self._next_serial = 0
+        self.law_positions: dict[str, int] = {}
+
+    # Reading
+
+    def read_row(self, row: int, name: str, t: Instant | None = None) -> tuple[float, ...]:
+        """Column ``name`` of ``row`` at ``t``, by default now."""
+        number = int(self.bodies.batch[row])
+        if number < 0 or name not in STATE_WIDTHS:
+            return self.bodies.get(name, row)
+        batch = self.batches[number]
+        return batch.stepper.read_row(
+            batch.state, self.bodies, self.time if t is None else t, name, int(self.bodies.local[row])
+        )
+
+    def read_all(self, name: str, t: Instant, out: Array | None = None) -> Array:
+        """Column ``name`` of all rows at ``t``, shape (width, count), into ``out`` if it fits."""
+        bodies = self.bodies
+        n = bodies.count
+        if out is None or out.shape != (WIDTHS[name], n):
+            out = np.empty((WIDTHS[name], n))
+        live = [batch for batch in self.batches if batch.state.count]
+        if sum(batch.state.count for batch in live) < n:
+            out[...] = bodies.arrays[name][:, :n]
+        for batch in live:
+            rows = batch.state.rows
+            if rows[-1] - rows[0] == len(rows) - 1 and bool((np.diff(rows) == 1).all()):
+                batch.stepper.read(batch.state, bodies, t, name, out[:, rows[0] : rows[-1] + 1])
+            else:
+                part = np.empty((WIDTHS[name], len(rows)))
+                batch.stepper.read(batch.state, bodies, t, name, part)
+                out[:, rows] = part
+        return out
+
+    def flight(self, row: int) -> Flight:
+        """How ``row`` moves until further notice."""
+        number = int(self.bodies.batch[row])
+        if number < 0:
+            still = (0.0, 0.0, 0.0)
+            x: Any = self.bodies.get("position", row)
+            return Flight(self.bodies.clock_of(row), NEVER, x, still, still, 0.0)
+        batch = self.batches[number]
+        return batch.stepper.flight(batch.state, self.bodies, int(self.bodies.local[row]))
+
+    def in_rank_order(self, objects: Iterable[PhysicalObject]) -> list[PhysicalObject]:
+        """``objects`` by rank; those not ranked yet come last, as added."""
+        return sorted(objects, key=lambda obj: (obj.rank < 0, obj.rank, obj.serial))
+
+    def ordered_laws(self, laws: Iterable[PhysicalLaw]) -> list[PhysicalLaw]:
+        """``laws`` by rank."""
+        ranks = self.ranks.law_ranks
+        return sorted(laws, key=lambda law: (ranks.get(law, math.inf), self.laws[law]))
+
+    def continuous_laws(self, obj: PhysicalObject) -> list[ContinuousLaw]:
+        """The enabled laws of ``obj`` that are evaluated along the way."""
+        return [
+            law
+            for law in self.mapping.laws(obj)
+            if isinstance(law, ContinuousLaw) and law.enabled and not law.containers and law not in self.constant
+        ]
+
+    def group_of(self, obj: PhysicalObject) -> list[PhysicalObject]:
+        """The group of ``obj``."""
+        return self.groups.get(obj, [obj])
+
+    # Writing
+
+    @contextlib.contextmanager
+    def instant(self) -> Iterator[Transaction]:
+        """The open transaction, or a new one that is committed at the end, or taken back if something raises."""
+        if self.transaction is not None:
+            yield self.transaction
+            return
+        transaction = self.transaction = Transaction(self)
+        try:
+            yield transaction
+            self._commit(transaction)
+        except BaseException:
+            transaction.roll_back()
+            raise
+        finally:
+            self.transaction = None
+        for act in transaction.later:
+            act()
+
+    def _commit(self, transaction: Transaction) -> None:
+        changed = transaction.changed()
+        kept = set(changed)
+        for obj in transaction.touched:
+            if obj not in kept:
+                transaction.put_back(obj)
+        for obj in changed:
+            touched = transaction.touched[obj]
+            self._account(obj, touched.held, touched.clock, touched.flown)
+        for obj in transaction.forced:
+            self.sum_forces(obj)
+        rows = self._restart(changed, transaction)
+        for obj, name in transaction.written:
+            self._tell_changed(obj, name)
+        if self.contacts is not None:
+            rows.update(obj._row for obj in transaction.refresh if obj._engine is not None)
+            if rows:
+                self.contacts.refresh(sorted(rows, key=lambda row: self.bodies.objects[row].rank))
+
+    def _restart(self, changed: list[PhysicalObject], transaction: Transaction) -> set[int]:
+        """Tell the steppers; returns all rows whose flight is new."""
+        bodies = self.bodies
+        by_batch: dict[int, list[int]] = {}
+        for obj in changed:
+            number = int(bodies.batch[obj._row])
+            if obj in self.unplanned:
+                continue
+            if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
+                transaction.replan[obj] = None
+            by_batch.setdefault(number, []).append(obj._row)
+        for obj in transaction.replan:
+            self.mark(obj)
+        found: set[int] = set()
+        for number, rows in sorted(by_batch.items()):
+            if number >= 0:
+                batch = self.batches[number]
+                before = self._snapshot(batch)
+                new = batch.stepper.changed(batch.state, bodies, rows, self.time, self.sources(batch))
+                self._after_step(batch, before, skip=set(rows))
+                rows = list(new)
+            bodies.version[rows] += 1
+            found.update(rows)
+        bodies.change += 1
+        return found
+
+    def _torque_served(self, obj: PhysicalObject, number: int) -> str:
+        served = self.batches[number].signature
+        own = torque_of(self, obj)
+        order = ("none", "principal", "general")
+        return own if order.index(own) <= order.index(served.torque) else served.torque
+
+    def sum_forces(self, obj: PhysicalObject) -> None:
+        """Write the sums of the stored forces of ``obj``."""
+        force, torque = self.forces.total(obj)
+        self.bodies.put("force", obj._row, force)
+        self.bodies.put("torque", obj._row, torque)
+
+    # Work of what has no potential
+
+    def _account(
+        self, obj: PhysicalObject, held: dict[str, tuple[float, ...]], clock: Instant, flown: dict[str, tuple[float, ...]]
+    ) -> None:
+        """Add the work that the stored forces of ``obj`` without potential did over the flight that ends now."""
+        transaction = self.transaction
+        stored = transaction.touched[obj].forces if transaction is not None else self.forces.on(obj)
+        for one in stored:
+            if one.accounted:
+                continue
+            label = one.owner.label() if one.owner is not None else "forces"
+            self.add_work(label, work_of(one.force, held, flown, self.time, clock))
+        number = int(self.bodies.batch[obj._row])
+        working = self.batches[number].working if number >= 0 else None
+        if working is not None:
+            force = working[:, int(self.bodies.local[obj._row])]
+            way = np.subtract(flown["position"], held["position"])
+            self.add_work(self._label(self.batches[number]), math.fsum((force * way).tolist()))
+
+    def add_work(self, label: str, joules: float) -> None:
+        """Book work done by what has no potential."""
+        self.work[label] = self.work.get(label, 0.0) + joules
+
+    def _label(self, batch: Batch) -> str:
+        return " + ".join(law.label() for law in batch.laws if not law.defines("potential")) or "laws"
+
+    def _snapshot(self, batch: Batch) -> tuple[Array, Array] | None:
+        """Where the rows of a batch were last re-based, if work is to be booked over their flights."""
+        if batch.working is None and not self._has_working_forces(batch):
+            return None
+        rows = batch.state.rows
+        force = np.zeros((3, len(rows))) if batch.working is None else batch.working.copy()
+        for k, row in enumerate(rows.tolist()):
+            stored, _ = self.forces.working(self.bodies.objects[row])
+            force[:, k] += stored
+        return self.bodies.arrays["position"][:, rows].copy(), force
+
+    def _has_working_forces(self, batch: Batch) -> bool:
+        objects = self.bodies.objects
+        return bool(batch.signature.laws) and any(
+            not one.accounted for row in batch.state.rows.tolist() for one in self.forces.on(objects[row])
+        )
+
+    def _after_step(self, batch: Batch, before: tuple[Array, Array] | None, skip: set[int] = frozenset()) -> None:  # type: ignore[assignment]
+        """Book the work over the flights that a step ended, and keep the forces of the new ones."""
+        if before is not None:
+            old, force = before
+            way = self.bodies.arrays["position"][:, batch.state.rows] - old
+            if skip:
+                way[:, [int(self.bodies.local[row]) for row in skip]] = 0.0
+            joules = math.fsum((force * way).ravel().tolist())
+            if joules:
+                self.add_work(self._label(batch), joules)
+
+    # Batches
+
+    def sources(self, batch: Batch) -> BatchSources | None:
+        """What acts along the way on ``batch``; found when first asked for."""
+        if not batch.signature.laws and not batch.signature.torque == "general":
+            return None
+        if batch.sources is None:
+            objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
+            laws = {law for obj in objects for law in self.continuous_laws(obj)}
+            batch.laws = [law for law in self.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
+            batch.sources = BatchSources(self, batch.laws, objects)
+        return batch.sources
+
+    def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
+        """One more step of ``batch``."""
+        before = self._snapshot(batch)
+        stop = batch.stepper.advance(
+            batch.state, self.bodies, need, wall, self.settings, self.sources(batch)
+        )
+        self._after_step(batch, before)
+        if stop.rows:
+            self.bodies.version[list(stop.rows)] += 1
+            self.bodies.change += 1
+            if self.contacts is not None:
+                self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
+
+    def mark(self, obj: PhysicalObject) -> None:
+        """``obj`` is to be planned anew."""
+        self.unplanned[obj] = None
+        self.dirty = True
+
+    def leave_batch(self, obj: PhysicalObject) -> None:
+        """Take ``obj`` out of its batch, its row re-based to now."""
+        bodies, row = self.bodies, obj._row
+        number = int(bodies.batch[row])
+        if number < 0:
+            return
+        batch = self.batches[number]
+        local = int(bodies.local[row])
+        last = int(batch.state.rows[-1])
+        batch.stepper.leave(batch.state, local)
+        bodies.local[last] = local
+        bodies.batch[row] = -1
+        batch.sources = None
+
+    def join_batch(self, objects: Sequence[PhysicalObject], signature: Signature) -> None:
+        """Put ``objects``, re-based to now, into the batch of ``signature``."""
+        choice = self.choices.get(signature)
+        if choice is None:
+            choice = self.choices[signature] = choose(signature, self._steppers())
+        rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        for batch in self.batches:
+            # A batch in the midst of a step of its own is left alone.
+            free = batch.stepper.covered(batch.state) in (NEVER, self.time)
+            if batch.signature == signature and batch.stepper is choice.stepper and (free or not batch.state.count):
+                if not batch.state.count:
+                    batch.state = choice.stepper.start(rows, self.bodies, self.time, None)
+                else:
+                    batch.stepper.join(batch.state, rows, self.bodies, self.time)
+                break
+        else:
+            state = choice.stepper.start(rows, self.bodies, self.time, None)
+            batch = Batch(len(self.batches), signature, choice, state)
+            self.batches.append(batch)
+        batch.sources = None
+        self.bodies.batch[rows] = batch.number
+        self.bodies.version[rows] += 1
+        self.bodies.change += 1
+
+    # Planning
+
+    def plan(self) -> None:
+        """Give what is new or changed its rank, stored forces, group, stepper and servers."""
+        if not self.dirty:
+            return
+        self.ranks.epoch += 1
+        self.ranks.freeze_laws(self.laws, self.laws)
+        self.ranks.freeze_containers(self.containers)
+        self.law_positions = positions(self.laws)
+        new = [obj for obj in self.unplanned if obj.rank < 0]
+        self.ranks.freeze_objects(new, self.bodies, self.mapping)
+        marked = self.in_rank_order(self.unplanned)
+        rebased = self._rebase(marked)
+        self._store_constant_forces(rebased)
+        affected = self._regroup(rebased)
+        self._arm()
+        self.unplanned.clear()
+        self.dirty = False
+        if self.contacts is not None and affected:
+            self.contacts.refresh([obj._row for obj in affected])
+
+    def _rebase(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
+        """Bring the rows of ``objects`` and their old groups to now, out of their batches."""
+        old = {other: None for obj in objects for other in [obj, *self.groups.get(obj, [])] if other._row >= 0}
+        found = self.in_rank_order(old)
+        for obj in found:
+            self._rebase_row(obj)
+        return found
+
+    def _rebase_row(self, obj: PhysicalObject) -> None:
+        bodies, row = self.bodies, obj._row
+        number = int(bodies.batch[row])
+        if number < 0:
+            bodies.clock[:, row] = self.time
+            return
+        clock = bodies.clock_of(row)
+        if clock != self.time:
+            held = {name: bodies.get(name, row) for name in STATE_WIDTHS}
+            flown = {name: self.read_row(row, name) for name in STATE_WIDTHS}
+            self._account(obj, held, clock, flown)
+            for name in STATE_WIDTHS:
+                bodies.put(name, row, flown[name])
+            bodies.clock[:, row] = self.time
+        self.leave_batch(obj)
+
+    def _store_constant_forces(self, objects: list[PhysicalObject]) -> None:
+        """Evaluate the laws that read neither state nor time, once, and store their forces."""
+        members: dict[FieldLaw, list[PhysicalObject]] = {}
+        for obj in objects:
+            for law in self.mapping.laws(obj):
+                if isinstance(law, FieldLaw) and law.enabled and not law.containers:
+                    members.setdefault(law, []).append(obj)
+        for law in self.ordered_laws(members):
+            assert isinstance(law, FieldLaw)
+            self.store_if_constant(law, members[law])
+        for obj in objects:
+            if self.forces.on(obj):
+                self.sum_forces(obj)
+
+    def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
+        """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
+        reads: set[str] = set()
+        rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        force, torque = self.evaluator.field(
+            law, rows, self.time[0], lambda name: self.read_rows(rows, name), reads
+        )
+        if not is_constant(reads):
+            self.constant.pop(law, None)
+            return False
+        law.evaluations += 1
+        self.constant[law] = reads
+        self._store(law, objects, force, torque)
+        return True
+
+    def read_rows(self, rows: Any, name: str) -> Array:
+        """Column ``name`` of ``rows`` now, shape (width, rows)."""
+        return np.array([self.read_row(int(row), name) for row in rows]).T.reshape(WIDTHS[name], len(rows))
+
+    def _store(self, law: FieldLaw, objects: list[PhysicalObject], force: Array | None, torque: Array | None) -> None:
+        """Put the force of ``law`` on each of ``objects`` in place of its last one."""
+        accounted = law.defines("potential") and not law.containers
+        none = np.zeros((3, len(objects)))
+        vectors = ((none if force is None else force) + 0.0).T.tolist()
+        torques = ((none if torque is None else torque) + 0.0).T.tolist()
+        ident = self.ident(law)
+        for obj, vector, twist in zip(objects, vectors, torques, strict=True):
+            stored = StoredForce(_force(vector, ident, twist), law, NEVER, accounted)
+            transaction = self.transaction
+            if transaction is not None and obj not in self.unplanned:
+                transaction.touch(obj)
+                if self.forces.replace(obj, stored):
+                    transaction.forced.add(obj)
+            else:
+                self.forces.replace(obj, stored)
+
+    def _regroup(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
+        """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
+        affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
+        by_signature: dict[Signature, list[PhysicalObject]] = {}
+        done: set[PhysicalObject] = set()
+        for obj in objects:
+            self.groups.pop(obj, None)
+            if obj in done or obj.fixed:
+                continue
+            joins = any(isinstance(law, PairLaw) for law in self.continuous_laws(obj))
+            group = find_group(self, obj) if joins else [obj]
+            if joins:
+                for member in group:
+                    if member not in affected:
+                        self._rebase_row(member)
+                        affected[member] = None
+                    self.groups[member] = group
+                done.update(group)
+            by_signature.setdefault(signature_of(self, group), []).extend(group)
+        for signature in sorted(by_signature, key=repr):
+            self.join_batch(by_signature[signature], signature)
+        return self.in_rank_order(affected)
+
+    # Conditions
+
+    def _arm(self) -> None:
+        """Give each armed condition its server."""
+        for container in self.containers:
+            if container not in self.timers and container not in self.spent and self.period_of(container):
+                self.timers[container] = (self.time, 0)
+                self.set_timer(container)
+
+    @staticmethod
+    def period_of(container: LawContainer) -> float:
+        """Time [s] between two calls of a container that waits for time or is polled; 0 if it does neither."""
+        if container.is_polled:
+            return container.period or 0.0
+        return container.condition.seconds if isinstance(container.condition, when.Elapsed) else 0.0
+
+    def set_timer(self, container: LawContainer) -> None:
+        """Put the next call of a waiting container into the queue."""
+        origin, done = self.timers[container]
+        due = multiple(origin, done + 1, self.period_of(container))
+        rank = (0, self.ranks.container_ranks[container])
+        self.queue.push(Entry(due, START, rank, _Timer(self, container)))
+
+    def tell(self, kind: type[when.Condition], fits: Callable[[LawContainer, Any], bool], event: Event) -> None:
+        """Queue ``event`` now for every container armed with a condition of ``kind`` that ``fits`` takes."""
+        for container in self.containers:
+            condition = container.condition
+            if isinstance(condition, kind) and container not in self.spent and fits(container, condition):
+                self.posts += 1
+                rank = (1, self.posts, self.ranks.container_ranks.get(container, 0))
+                self.queue.push(Entry(self.time, START, rank, _Delivery(self, container, event)))
+
+    def _tell_changed(self, obj: PhysicalObject, name: str) -> None:
+        laws = self.mapping.laws(obj)
+        self.tell(
+            when.Changed,
+            lambda container, condition: condition.what in ("", name) and any(law in laws for law in container.laws),
+            Event(self.time[0], objects=(obj,), id=name),
+        )
+
+    def fire(self, container: LawContainer, event: Event) -> None:
+        """Let ``container`` enforce its laws."""
+        if container in self.spent:
+            return
+        condition = container.condition
+        if condition is not None and condition.once:
+            self.spend(container)
+        self.events += 1
+        container.laws.sort(key=self._law_order)
+        try:
+            container.enforce_laws(event)
+        except LawFailedError:
+            raise
+        except Exception as error:
+            law = self.acting
+            label = law.label() if law is not None else container.label()
+            names = ", ".join(obj.label for obj in event.objects[:3]) or "no object in particular"
+            failure = LawFailedError(
+                f"{label} raised {type(error).__name__}: {error}; at t = {self.time[0]} s for {names}. "
+                "The engine stands just before that event"
+            )
+            failure.law = law  # type: ignore[attr-defined]
+            raise failure from error
+        finally:
+            self.acting = None
+
+    def spend(self, container: LawContainer) -> None:
+        """``container`` fires no more."""
+        self.spent.add(container)
+        if self.transaction is not None:
+            self.transaction.undo.append(lambda: self.spent.discard(container))
+
+    def poll(self, container: LawContainer) -> None:
+        """Ask a container that detects for itself."""
+        container.detections += 1
+        try:
+            event = container.detect()
+        except Exception as error:
+            raise LawFailedError(
+                f"{container.label()}.detect raised {type(error).__name__}: {error}; at t = {self.time[0]} s"
+            ) from error
+        if event is not None:
+            self.fire(container, event)
+
+    def objects_under(self, container: LawContainer) -> tuple[PhysicalObject, ...]:
+        """The objects of the laws in ``container``, in rank order."""
+        return tuple(self.in_rank_order({obj for law in container.laws for obj in self.mapping.objects(law)}))
+
+    def host_step_listeners(self) -> list[LawContainer]:
+        """The containers that ask for host steps."""
+        waiting = (when.Steps, when.ContactStay)
+        return [
+            c
+            for c in self.containers
+            if c not in self.spent
+            and c.laws
+            and (isinstance(c.condition, waiting) or (c.is_polled and c.period is None))
+        ]
+
+    def host_step(self, number: int, dt: float) -> None:
+        """Step ``number`` begins now: call its listeners, who read half a step ahead."""
+        with self.instant() as transaction:
+            for container in sorted(self.host_step_listeners(), key=lambda c: self.ranks.container_ranks.get(c, 0)):
+                condition = container.condition
+                if container.is_polled:
+                    self.poll(container)
+                elif isinstance(condition, when.Steps) and number % (condition.n + 1) == 0:
+                    event = Event(0.0, condition, self.objects_under(container), dt=dt * (condition.n + 1))
+                    if condition.at == "middle":
+                        middle = multiple(self.time, 1, 0.5 * event.dt)
+                        rank = (1, self.posts, self.ranks.container_ranks.get(container, 0))
+                        transaction.later.append(
+                            lambda c=container, e=event, t=middle, r=rank: self.schedule(t, START, r, _Delivery(self, c, e))
+                        )
+                    else:
+                        self._step_laws(container, event)
+            if self.contacts is not None and any(
+                isinstance(c.condition, when.ContactStay) for c in self.host_step_listeners()
+            ):
+                self.contacts.host_step()
+
+    def _step_laws(self, container: LawContainer, event: Event) -> None:
+        """Fire at the beginning of a step, reading at its middle; what a law stored last time and not now is withdrawn."""
+        assert self.transaction is not None
+        before = {
+            (law, obj): [one for one in self.forces.on(obj) if one.owner is law and one.force.id == self.ident(law)]
+            for law in container.laws
+            for obj in self.mapping.objects(law)
+        }
+        self.ahead = 0.5 * event.dt
+        self.renewed = set()
+        try:
+            self.fire(container, replace(event, time=self.time[0] + self.ahead))
+        finally:
+            self.ahead = 0.0
+        for (law, obj), stale in before.items():
+            if stale and (law, obj) not in self.renewed and obj._row >= 0:
+                self.transaction.touch(obj)
+                held = self.forces.on(obj)
+                held[:] = [one for one in held if one not in stale]
+                self.transaction.forced.add(obj)
+
+    def ident(self, law: PhysicalLaw) -> str:
+        """The id of the forces that ``law`` stores."""
+        return f"{law.label()}#{self.laws[law]}"
+
+    def _law_order(self, law: PhysicalLaw) -> tuple[int, int, str, int]:
+        return (self.law_positions.get(law.label(), 0), -law.priority, law.label(), self.ranks.law_ranks.get(law, 0))
+
+    # Time
+
+    def _is_live(self, entry: Entry) -> bool:
+        if not entry.alive:
+            return False
+        version = self.bodies.version
+        return all(obj._row >= 0 and version[obj._row] == seen for obj, seen in entry.guards)
+
+    def schedule(
+        self, instant: Instant, stage: int, rank: Rank, act: Callable[[list[Entry]], None], guards: tuple[Guard, ...] = ()
+    ) -> Entry:
+        """Put something into the queue."""
+        return self.queue.push(Entry(instant, stage, rank, act, guards))
+
+    def pass_time(self, until: Instant, host_step: Callable[[Instant], Instant]) -> None:
+        """Carry everything to ``until``, event by event; ``host_step(t)`` is the first host step after ``t``."""
+        busy, last = 0, NEVER
+        while True:
+            self.plan()
+            due = self.queue.next_time()
+            horizon = min(due, until)
+            lagging = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
+            if lagging:
+                batch = min(lagging, key=lambda b: (b.stepper.covered(b.state), b.signature.laws, b.number))
+                self.advance(batch, horizon, host_step(batch.stepper.covered(batch.state)))
+                continue
+            if due > until:
+                break
+            busy = busy + 1 if due == last else 0
+            last = due
+            if busy > BUSY_INSTANT:
+                raise StateError(f"more than {BUSY_INSTANT} events at t = {due[0]} s: laws that wake one another without end?")
+            self.happen(due)
+            if self.stopped():
+                return
+        self.time = until
+
+    def stopped(self) -> bool:
+        """Whether a handler suspended or terminated the engine; set by the engine."""
+        return False
+
+    def happen(self, due: Instant) -> None:
+        """One stage of one instant."""
+        entries = self.queue.pop_stage(due)
+        if not entries:
+            return
+        self.time = max(self.time, entries[0].instant)
+        acts: dict[int, tuple[Callable[[list[Entry]], None], list[Entry]]] = {}
+        for entry in entries:
+            acts.setdefault(_identity(entry.act), (entry.act, []))[1].append(entry)
+        try:
+            with self.instant():
+                for act, members in acts.values():
+                    act(members)
+        except BaseException as error:
+            for entry in entries:
+                self.queue.push(entry)
+            law = getattr(error, "law", None)
+            if self.on_law_error == "disable" and isinstance(error, LawFailedError) and law is not None:
+                warnings.warn(f"{error} (the law is disabled from here on)", XpheveWarning, stacklevel=2)
+                law.enabled = False
+                return
+            raise
+
+    # Force ends
+
+    def watch_force(self, obj: PhysicalObject, stored: StoredForce) -> None:
+        """Queue the end of a force that has one."""
+        if stored.until != NEVER:
+            self.queue.push(Entry(stored.until, FORCE, (obj.rank, obj.serial), _ForceEnd(self, obj, stored)))
+
+    def end_forces(self, ended: list[tuple[PhysicalObject, StoredForce]]) -> None:
+        """Forces whose time is over."""
+        with self.instant() as transaction:
+            for obj, stored in ended:
+                held = self.forces.on(obj)
+                if obj._row < 0 or stored not in held:
+                    continue
+                transaction.touch(obj)
+                held.remove(stored)
+                transaction.forced.add(obj)
+                self.tell(
+                    when.ForceExpired,
+                    lambda container, condition, stored=stored: condition.id in (None, stored.force.id),
+                    Event(self.time[0], objects=(obj,), id=stored.force.id, force=stored.force),
+                )
+
+    # What the contact server asks for
+
+    @property
+    def up_vector(self) -> tuple[float, float, float]:
+        """Unit vector against gravity, by the scene's setting."""
+        return UP[self.up]
+
+    def response_law(self, a: PhysicalObject, b: PhysicalObject) -> tuple[ResponseLaw, Instant] | None:
+        """The enabled response law that both obey, and since when."""
+        laws_a, laws_b = self.mapping.laws(a), self.mapping.laws(b)
+        if len(laws_a) > len(laws_b):
+            laws_a, laws_b = laws_b, laws_a
+        for law, since in laws_a.items():
+            if isinstance(law, ResponseLaw) and law.enabled and law in laws_b:
+                return law, max(since, laws_b[law])
+        return None
+
+    def listeners(self, kind: type[when.Condition]) -> list[LawContainer]:
+        """The containers that wait for contacts of ``kind``, in rank order."""
+        found = [c for c in self.containers if isinstance(c.condition, kind) and c not in self.spent and c.laws]
+        return sorted(found, key=lambda c: self.ranks.container_ranks.get(c, 0))
+
+    def put_reaction(self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None) -> None:
+        """Store (or, with None, withdraw) a reaction force of the contact server on ``obj``."""
+        with self.instant() as transaction:
+            transaction.touch(obj)
+            held = self.forces.on(obj)
+            mine = [one for one in held if one.owner is owner and one.force.id == ident]
+            if force is None:
+                if mine:
+                    held[:] = [one for one in held if one not in mine]
+                    transaction.forced.add(obj)
+            elif self.forces.replace(obj, StoredForce(Force(force, id=ident), owner, NEVER, True)):
+                transaction.forced.add(obj)
+            if obj in transaction.forced:
+                self.sum_forces(obj)
+
+    def contact_error(self, message: str) -> ContactError:
+        """The error of a contact that cannot be resolved."""
+        return ContactError(message)
+
+
+class _Delivery:
+    """An event on its way to a container."""
+
+    def __init__(self, world: World, container: LawContainer, event: Event) -> None:
+        self.world, self.container, self.event = world, container, event
+
+    def __call__(self, entries: list[Entry]) -> None:
+        world = self.world
+        time = self.event.time or world.time[0]
+        world.fire(self.container, replace(self.event, condition=self.container.condition, time=time))
+
+
+class _Timer:
+    """The next call of a container that waits for time."""
+
+    def __init__(self, world: World, container: LawContainer) -> None:
+        self.world, self.container = world, container
+
+    def __call__(self, entries: list[Entry]) -> None:
+        world, container = self.world, self.container
+        if container not in world.containers:
+            return
+        assert world.transaction is not None
+        held = world.timers[container]
+        world.transaction.undo.append(lambda: world.timers.__setitem__(container, held))
+        world.timers[container] = (held[0], held[1] + 1)
+        condition = container.condition
+        if container.is_polled:
+            world.poll(container)
+        else:
+            world.fire(container, Event(world.time[0], condition, world.objects_under(container)))
+        if container.is_polled or getattr(condition, "every", False):
+            world.transaction.later.append(lambda: world.set_timer(container))
+        else:
+            world.spend(container)
+
+
+class _ForceEnd:
+    """The end of a force."""
+
+    def __init__(self, world: World, obj: PhysicalObject, stored: StoredForce) -> None:
+        self.world, self.obj, self.stored = world, obj, stored
+
+    def __call__(self, entries: list[Entry]) -> None:
+        self.world.end_forces([(self.obj, self.stored)])
+
+
+def _identity(act: Callable[[list[Entry]], None]) -> int:
+    """Bound methods of one object are one act."""
+    owner = getattr(act, "__self__", None)
+    return id(act) if owner is None else hash((id(owner), getattr(act, "__name__", "")))
+
+
+def _force(vector: list[float], ident: str, torque: list[float]) -> Force:
+    """A `Force` of values that were checked already."""
+    force = object.__new__(Force)
+    force.vector = (vector[0], vector[1], vector[2])
+    force.torque = (torque[0], torque[1], torque[2])
+    force.duration = math.inf
+    force.id = ident
+    return force
+
+
+def work_of(
+    force: Force, held: dict[str, tuple[float, ...]], flown: dict[str, tuple[float, ...]], now: Instant, clock: Instant
+) -> float:
+    """Work [J] of a constant force over a flight: F . dx; of a torque: tau . (mean rate) dt."""
+    parts = [f * (x1 - x0) for f, x1, x0 in zip(force.vector, flown["position"], held["position"], strict=True)]
+    if any(force.torque):
+        span = (now[0] - clock[0]) + (now[1] - clock[1])
+        rates = zip(force.torque, flown["angular_velocity"], held["angular_velocity"], strict=True)
+        parts += [tau * 0.5 * (w1 + w0) * span for tau, w1, w0 in rates]
+    return math.fsum(parts)
+
+
+__all__ = ["AFTER", "World", "XpheveError"]

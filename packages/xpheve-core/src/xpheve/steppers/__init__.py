@@ -1,0 +1,1 @@
+"""Steppers: *how* time passes for the objects that need it."""

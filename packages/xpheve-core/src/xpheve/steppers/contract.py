@@ -1,0 +1,203 @@
+"""The stepper contract: one way of passing time, chosen by the plan, found through the same door as laws.
+
+A stepper serves *batches*: rows whose groups have the same signature. It has no state of its own: `State` holds named arrays, aligned
+with ``state.rows``, which core saves, restores, grows and shrinks.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xpheve.bodies import Bodies
+from xpheve.kernels.clock import NEVER, Instant
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Vec = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What a stepper needs to know of a group to make an offer.
+
+    ``laws`` are the ids of the laws evaluated along the way (stored forces are none of them); ``torque`` says how the stored torques act:
+    ``"none"``, ``"principal"`` (about a principal axis about which the body spins) or ``"general"``; ``size`` is how many objects the group joins,
+    at most 2 told apart from more.
+    """
+
+    laws: tuple[str, ...]
+    torque: str
+    coupled: bool = False
+
+
+class Offer(NamedTuple):
+    """A stepper's bid: order of its error in the step, relative cost of a unit of time, whether it is exact."""
+
+    order: float
+    cost: float
+    exact: bool
+
+
+class Refusal(NamedTuple):
+    """Why a stepper cannot serve a group."""
+
+    reason: str
+
+
+class Flight(NamedTuple):
+    """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``."""
+
+    t0: Instant
+    t1: Instant
+    position: Vec
+    velocity: Vec
+    acceleration: Vec
+    error: float
+
+
+class Stop(NamedTuple):
+    """Until when a batch is known now, and the rows whose flight is new."""
+
+    covered: Instant
+    rows: Sequence[int]
+
+
+class Sources(Protocol):
+    """What acts on a batch along the way: laws evaluated by the plan."""
+
+    working: Array
+    """Forces [N] of the last evaluation that no potential stands for, (3, rows); a stepper keeps them in
+    ``state.arrays["working"]`` beside the flights they act over, so that their work is booked."""
+
+    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
+        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read."""
+        ...
+
+    def joined(self, rows: Sequence[int]) -> list[int]:
+        """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+
+@dataclass
+class Settings:
+    """How accurate: host steps on a grid, or tolerances in SciPy's meaning (relative, absolute)."""
+
+    dt: float | None = None
+    rtol: float = 1e-6
+    atol: float = 1e-9
+
+
+@dataclass
+class State:
+    """What a batch keeps between calls: rows, named arrays (width, rows), and named numbers."""
+
+    rows: Rows
+    arrays: dict[str, Array] = field(default_factory=dict)
+    numbers: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        return len(self.rows)
+
+
+class Stepper(ABC):
+    """One way of passing time."""
+
+    offers: ClassVar[str] = "stepper"
+    id: ClassVar[str] = ""
+    promise: ClassVar[str] = ""
+    """One line for `explain`."""
+
+    @abstractmethod
+    def offer(self, signature: Signature) -> Offer | Refusal:
+        """A bid for groups of ``signature``, or why not."""
+
+    @abstractmethod
+    def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
+        """A State for ``rows``."""
+
+    @abstractmethod
+    def join(self, state: State, rows: Rows, bodies: Bodies, t: Instant) -> None:
+        """Take ``rows`` in, re-basing nobody else."""
+
+    @abstractmethod
+    def leave(self, state: State, local: int) -> None:
+        """Let go of the row at place ``local`` by moving the last into its place."""
+
+    @abstractmethod
+    def advance(
+        self,
+        state: State,
+        bodies: Bodies,
+        need: Instant,
+        wall: Instant,
+        settings: Settings,
+        sources: Sources | None,
+    ) -> Stop:
+        """Make one more step of the stepper's own if the batch is not known until ``need``.
+
+        ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step, is never passed.
+        """
+
+    @abstractmethod
+    def read(self, state: State, bodies: Bodies, t: Instant, name: str, out: Array) -> None:
+        """Write column ``name`` of all rows at ``t`` into ``out`` (width, rows of the state). Changes nothing."""
+
+    @abstractmethod
+    def read_row(self, state: State, bodies: Bodies, t: Instant, name: str, local: int) -> tuple[float, ...]:
+        """Column ``name`` of one row at ``t``, to the same bits as `read`."""
+
+    @abstractmethod
+    def flight(self, state: State, bodies: Bodies, local: int) -> Flight:
+        """How the row at place ``local`` moves until further notice."""
+
+    @abstractmethod
+    def changed(
+        self, state: State, bodies: Bodies, rows: Sequence[int], t: Instant, sources: Sources | None
+    ) -> Sequence[int]:
+        """The state, forces or laws of ``rows`` were written at ``t``: returns every row whose flight is new now."""
+
+    def covered(self, state: State) -> Instant:
+        """Until when the batch is known without another step."""
+        return NEVER
+
+
+class ContactServer(ABC):
+    """Finds touching pairs and answers them: one for a scene, offered by a pack. See `xpheve.plan.world.World` for what it may ask."""
+
+    offers: ClassVar[str] = "contact_server"
+    id: ClassVar[str] = ""
+
+    @abstractmethod
+    def attach(self, world: Any) -> None:
+        """Serve ``world`` from now on."""
+
+    @abstractmethod
+    def refresh(self, rows: Sequence[int]) -> None:
+        """The flights, shapes or mapping of ``rows`` are new: predict their contacts again."""
+
+    @abstractmethod
+    def removed(self, obj: Any, row: int, moved: int) -> None:
+        """``obj`` was taken out of ``row``, and what was row ``moved`` has its place now."""
+
+    @abstractmethod
+    def host_step(self) -> None:
+        """A host step begins: tell the listeners of `ContactStay`."""
+
+    @abstractmethod
+    def save(self) -> dict[str, Any]:
+        """What it keeps between instants, as plain values; rows as serials."""
+
+    @abstractmethod
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Take up what `save` gave."""
+
+    @abstractmethod
+    def report(self) -> dict[str, Any]:
+        """Counts and standing contacts, for `explain`."""

@@ -1,0 +1,2 @@
+"""Laws of touching bodies."""
+__version__ = "0.1.0"
