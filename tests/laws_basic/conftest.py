@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
 from xpheve.laws.view import BodyView
 
 Array = NDArray[np.float64]
@@ -16,7 +17,7 @@ Views = Callable[..., BodyView]
 
 @pytest.fixture(scope="session")
 def view() -> Views:
-    """Return a maker of views: ``view(position=..., mass=...)``, one row an object, whatever is asked for must be given."""
+    """Return a maker of views: ``view(position=..., mass=...)``, one row an object; what a law reads must be given."""
 
     def make(*, up: Any = (0.0, 0.0, 1.0), reads: set[str] | None = None, **given: Any) -> BodyView:
         columns = {name: np.array(value, dtype=float) for name, value in given.items()}

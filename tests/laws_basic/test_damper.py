@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-import xpheve as xp
 from hypothesis import given
 from hypothesis import strategies as st
+
+import xpheve as xp
 from xpheve_laws_basic import Damper
 
 number = st.floats(-10, 10)
@@ -56,5 +58,5 @@ def test_spring_and_damper_swing_down_as_the_closed_form_with_order_two() -> Non
     expected = 2.0 + 0.5 * math.exp(-0.5) * (math.cos(omega) + 0.5 / omega * math.sin(omega))
     errors = [abs(swing(1 / n) - expected) for n in (16, 32, 64)]
     assert errors[2] < 1e-4
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.15)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-import xpheve as xp
 from hypothesis import given
 from hypothesis import strategies as st
+
+import xpheve as xp
 from xpheve_laws_basic import DamperToPoint
 
 number = st.floats(-10, 10)
@@ -47,13 +49,16 @@ def test_a_body_leaving_the_point_slows_down_as_the_exponential_with_order_two()
     expected = 1 + 4 * tau * (1 - math.exp(-1 / tau))
     errors = [abs(coast(1 / n) - expected) for n in (32, 64, 128)]
     assert errors[2] < 1e-4
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
 def test_the_work_is_reported_so_that_the_books_balance() -> None:
     engine = xp.PhysicsEngine(up="z")
-    laws = [engine.add_law("basic:spring_to_point", stiffness=8.0, rest_length=0.5), engine.add_law("basic:damper_to_point")]
+    laws = [
+        engine.add_law("basic:spring_to_point", stiffness=8.0, rest_length=0.5),
+        engine.add_law("basic:damper_to_point"),
+    ]
     engine.add_object(xp.PhysicalObject(mass=2.0, position=(2, 0, 0), velocity=(0, 3, 0)), laws=laws)
     before = engine.energy().total
     engine.run(until=2.0, dt=1e-3)

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xpheve as xp
 from hypothesis import given
 from hypothesis import strategies as st
+
+import xpheve as xp
 from xpheve.errors import ParameterError
 from xpheve_laws_basic import PlanetGravity
 
@@ -78,7 +79,7 @@ def test_a_thrown_ball_flies_its_parabola_exactly() -> None:
 def test_a_stored_force_is_exact_whatever_the_step(dt: float | None) -> None:
     engine = xp.PhysicsEngine(up="z")
     ball = engine.add_object(xp.PhysicalObject(mass=2.0), laws=[engine.add_law("basic:planet_gravity")])
-    engine.run(until=1.0, **({} if dt is None else {"dt": dt}))
+    engine.run(until=1.0, dt=dt)
     assert ball.position[2] == pytest.approx(-0.5 * 9.81, rel=1e-12)
 
 
@@ -94,7 +95,7 @@ def test_energy_is_kept() -> None:
 
 def test_changing_g_in_flight_takes_effect_at_that_instant() -> None:
     engine = xp.PhysicsEngine(up="z")
-    gravity = engine.add_law("basic:planet_gravity", acceleration=10.0)
+    gravity: Any = engine.add_law("basic:planet_gravity", acceleration=10.0)
     ball = engine.add_object(xp.PhysicalObject(mass=2.0), laws=[gravity])
     engine.run(until=1.0)
     gravity.acceleration = 4.0

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-import xpheve as xp
 from hypothesis import assume, given
 from hypothesis import strategies as st
+
+import xpheve as xp
 from xpheve_laws_basic import Spring
 
 number = st.floats(-10, 10)
@@ -50,7 +52,7 @@ def test_the_force_of_a_spring_of_no_length_is_finite(view: Any, rest: float, le
 
 
 def pair(dt: float) -> tuple[Any, Any]:
-    """Return engine and the first of two bodies, 1 and 3 kg, on a spring of 3 N/m (omega = 2/s) stretched by 0.5 m, after 1 s."""
+    """Return engine and the lighter of two bodies, 1 and 3 kg, on a spring (omega = 2/s) from 0.5 m of stretch, at 1 s."""
     engine = xp.PhysicsEngine(up="z")
     law = engine.add_law("basic:spring", stiffness=3.0, rest_length=1.0)
     light = engine.add_object(xp.PhysicalObject(mass=1.0), laws=[law])
@@ -64,7 +66,7 @@ def test_two_bodies_swing_about_their_centre_of_mass_with_order_two() -> None:
     expected = 1.125 - 0.75 * (1.0 + 0.5 * math.cos(2.0))
     errors = [abs(pair(1 / n)[1].position[0] - expected) for n in (16, 32, 64)]
     assert errors[2] < 1e-4
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in pairwise(errors):
         assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 

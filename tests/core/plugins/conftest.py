@@ -96,9 +96,8 @@ class Site:
         script = prelude + textwrap.dedent(code) + "\nprint('OUT' + json.dumps(out))\n"
         clean = {key: value for key, value in os.environ.items() if not key.startswith(("XPHEVE_", "PYTHON"))}
         clean |= {"PYTHONPATH": str(self.path), "XPHEVE_CACHE_DIR": str(self.cache), **environment}
-        done = subprocess.run(
-            [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True, env=clean, timeout=60, check=False
-        )
+        command = [sys.executable, "-W", "error", "-c", script]
+        done = subprocess.run(command, capture_output=True, text=True, env=clean, timeout=60, check=False)
         assert done.returncode == 0, done.stderr
         self.stderr = done.stderr
         return json.loads(done.stdout.rpartition("OUT")[2])

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gc
 import types
+from typing import Any
 
 import pytest
+
 from xpheve.errors import BrokenPackError, PackError, XpheveError
 from xpheve.laws import FieldLaw
 from xpheve.plugins import Registry, hookimpl
@@ -17,7 +19,7 @@ class Push(FieldLaw):
 
     id = "toys:push"
 
-    def force(self, body):
+    def force(self, body: Any) -> Any:
         return (1.0, 0.0, 0.0)
 
 
@@ -25,7 +27,7 @@ class Engine:
     """Stands for an engine; hooks only pass it on."""
 
 
-def test_a_pack_registers_by_hook_and_texts_are_imported_at_first_use(site):
+def test_a_pack_registers_by_hook_and_texts_are_imported_at_first_use(site: Any) -> None:
     site.pack(
         "aero",
         """
@@ -39,7 +41,8 @@ def test_a_pack_registers_by_hook_and_texts_are_imported_at_first_use(site):
     )
     (site.path / "xpheve_aero" / "laws.py").write_text(
         "from xpheve.laws import FieldLaw\nclass Wind(FieldLaw):\n    'Wind.'\n    id = 'aero:wind'\n"
-        "    def force(self, body):\n        return (0.0, 0.0, 0.0)\nclass Torus:\n    offers = 'shape'\n    kind = 'torus'\n"
+        "    def force(self, body):\n        return (0.0, 0.0, 0.0)\n"
+        "class Torus:\n    offers = 'shape'\n    kind = 'torus'\n"
     )
     out = site.run(
         """
@@ -56,7 +59,7 @@ def test_a_pack_registers_by_hook_and_texts_are_imported_at_first_use(site):
     assert out[4:] == ["aero", True]
 
 
-def test_without_hooks_a_call_costs_nothing_and_pluggy_stays_out(site):
+def test_without_hooks_a_call_costs_nothing_and_pluggy_stays_out(site: Any) -> None:
     site.pack("aero")
     out = site.run(
         """
@@ -70,19 +73,19 @@ def test_without_hooks_a_call_costs_nothing_and_pluggy_stays_out(site):
     assert out == [[[], []], False]
 
 
-def test_hooks_are_called_in_the_packs_that_have_them():
+def test_hooks_are_called_in_the_packs_that_have_them() -> None:
     heard: list[object] = []
-    pack = types.ModuleType("toys")
+    pack: Any = types.ModuleType("toys")
     pack.Push = Push
     pack.__all__ = ["Push"]
 
     @hookimpl
-    def xpheve_plan(plan):
+    def xpheve_plan(plan: Any) -> str:
         heard.append(("plan", plan))
         return "changed"
 
     @hookimpl(specname="xpheve_report")
-    def on_report(report):
+    def on_report(report: Any) -> None:
         report.append("a line")
 
     pack.xpheve_plan, pack.on_report = xpheve_plan, on_report
@@ -98,7 +101,7 @@ def test_hooks_are_called_in_the_packs_that_have_them():
     assert registry.call("xpheve_plan", plan="the plan") == []
 
 
-def test_a_pack_hears_of_engines_that_were_there_before_it():
+def test_a_pack_hears_of_engines_that_were_there_before_it() -> None:
     registry = Registry(search_path=[])
     first, second, lost = Engine(), Engine(), Engine()
     registry.call("xpheve_engine_created", engine=first)
@@ -109,11 +112,11 @@ def test_a_pack_hears_of_engines_that_were_there_before_it():
     class Pack:
         __all__ = ()
 
-        def __init__(self):
-            self.heard = []
+        def __init__(self) -> None:
+            self.heard: list[Engine] = []
 
         @hookimpl
-        def xpheve_engine_created(self, engine):
+        def xpheve_engine_created(self, engine: Engine) -> None:
             self.heard.append(engine)
 
     one, two = Pack(), Pack()
@@ -125,7 +128,7 @@ def test_a_pack_hears_of_engines_that_were_there_before_it():
     assert two.heard == [first, second]
 
 
-def test_a_hook_that_raises_is_the_fault_of_its_pack(site):
+def test_a_hook_that_raises_is_the_fault_of_its_pack(site: Any) -> None:
     site.pack(
         "aero",
         """
@@ -151,7 +154,7 @@ def test_a_hook_that_raises_is_the_fault_of_its_pack(site):
     assert out[1] == "ConflictError: a veto"
 
 
-def test_functions_that_look_like_hooks_but_are_not_are_remarked(site):
+def test_functions_that_look_like_hooks_but_are_not_are_remarked(site: Any) -> None:
     site.pack(
         "aero",
         """
@@ -165,17 +168,16 @@ def test_functions_that_look_like_hooks_but_are_not_are_remarked(site):
     out = site.run("registry.load('aero'); out = registry.remarks()")
     assert out == [
         "xpheve-aero 1.0: xpheve_plan lacks @hookimpl and will never be called",
-        "xpheve-aero 1.0: xpheve_raport is no known hook and will never be called."
-        ' Did you mean "xpheve_report"?',
+        'xpheve-aero 1.0: xpheve_raport is no known hook and will never be called. Did you mean "xpheve_report"?',
     ]
 
 
-def test_a_pack_whose_engine_hook_fails_at_loading_is_not_half_loaded():
+def test_a_pack_whose_engine_hook_fails_at_loading_is_not_half_loaded() -> None:
     class Pack:
         __all__ = ()
 
         @hookimpl
-        def xpheve_engine_created(self, engine):
+        def xpheve_engine_created(self, engine: Engine) -> None:
             raise ValueError("no")
 
     registry = Registry(search_path=[])
@@ -187,26 +189,26 @@ def test_a_pack_whose_engine_hook_fails_at_loading_is_not_half_loaded():
     assert registry.call("xpheve_engine_created", engine=engine) == []
 
 
-def test_implementations_may_leave_arguments_out_but_not_invent_them():
-    module = types.ModuleType("toys")
+def test_implementations_may_leave_arguments_out_but_not_invent_them() -> None:
+    module: Any = types.ModuleType("toys")
 
     @hookimpl
-    def xpheve_report():
+    def xpheve_report() -> None:
         pass
 
     module.xpheve_report = xpheve_report
     assert list(implementations(module)) == ["xpheve_report"]
 
-    @hookimpl
-    def xpheve_report(raport):
+    @hookimpl(specname="xpheve_report")
+    def misspelt(raport: Any) -> None:
         pass
 
-    module.xpheve_report = xpheve_report
-    with pytest.raises(PackError, match='has no argument \'raport\'; it may take: engine, report. Did you mean "report"'):
+    module.xpheve_report = misspelt
+    with pytest.raises(PackError, match=r"no argument 'raport'; it may take: engine, report\. Did you mean \"report\""):
         implementations(module)
 
 
-def test_the_hooks_are_those_of_the_page():
+def test_the_hooks_are_those_of_the_page() -> None:
     assert spec_arguments() == {
         "xpheve_register": ("registry",),
         "xpheve_engine_created": ("engine",),

@@ -6,22 +6,25 @@ import os
 import shutil
 import statistics
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+
 from xpheve.plugins.index import cache_folder, locate, read_index
 
 
 @pytest.fixture(autouse=True)
-def _own_cache(site, monkeypatch):
+def _own_cache(site: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XPHEVE_CACHE_DIR", str(site.cache))
 
 
-def names(site) -> list[tuple[str, str]]:
+def names(site: Any) -> list[tuple[str, str]]:
     return sorted((offer.name, offer.version) for offer in read_index([str(site.path)]).offers)
 
 
-def test_packs_are_found_by_their_entry_points(site):
+def test_packs_are_found_by_their_entry_points(site: Any) -> None:
     site.pack("aero", version="1.2", manifest={})
     (site.path / "numpy-2.0.dist-info").mkdir()
     other = site.path / "other-1.0.dist-info"
@@ -32,14 +35,14 @@ def test_packs_are_found_by_their_entry_points(site):
     assert (offer.distribution, offer.version) == ("xpheve-aero", "1.2")
 
 
-def test_an_egg_info_counts_too(site):
+def test_an_egg_info_counts_too(site: Any) -> None:
     info = site.pack("aero")
     info.rename(site.path / "xpheve_aero.egg-info")
     (site.path / "xpheve_aero.egg-info" / "METADATA").rename(site.path / "xpheve_aero.egg-info" / "PKG-INFO")
     assert names(site) == [("aero", "1.0")]
 
 
-def test_the_second_reading_is_warm_and_the_same(site):
+def test_the_second_reading_is_warm_and_the_same(site: Any) -> None:
     site.pack("aero")
     site.settle()
     cold, warm = read_index([str(site.path)]), read_index([str(site.path)])
@@ -48,7 +51,7 @@ def test_the_second_reading_is_warm_and_the_same(site):
 
 
 @pytest.mark.parametrize("settled", [True, False])
-def test_what_is_installed_changed_or_removed_is_noticed(site, settled):
+def test_what_is_installed_changed_or_removed_is_noticed(site: Any, settled: bool) -> None:
     first = site.pack("aero")
     if settled:
         site.settle()
@@ -66,7 +69,7 @@ def test_what_is_installed_changed_or_removed_is_noticed(site, settled):
     assert names(site) == [("toys", "0.3")]
 
 
-def test_a_change_within_one_tick_of_the_clock_is_noticed(site):
+def test_a_change_within_one_tick_of_the_clock_is_noticed(site: Any) -> None:
     info = site.pack("aero")
     assert names(site) == [("aero", "1.0")]
     entry = info / "entry_points.txt"
@@ -89,7 +92,7 @@ def test_a_change_within_one_tick_of_the_clock_is_noticed(site):
         lambda data: b"[" * 100_000,
     ],
 )
-def test_a_cache_that_is_torn_or_foreign_is_searched_anew(site, harm):
+def test_a_cache_that_is_torn_or_foreign_is_searched_anew(site: Any, harm: Callable[[bytes], bytes]) -> None:
     site.pack("aero")
     site.settle()
     read_index([str(site.path)])
@@ -101,7 +104,9 @@ def test_a_cache_that_is_torn_or_foreign_is_searched_anew(site, harm):
     assert read_index([str(site.path)]).warm
 
 
-def test_a_cache_that_cannot_be_read_or_written_is_no_error(site, tmp_path, monkeypatch):
+def test_a_cache_that_cannot_be_read_or_written_is_no_error(
+    site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     site.pack("aero")
     site.settle()
     blocked = tmp_path / "file"
@@ -120,7 +125,7 @@ def test_a_cache_that_cannot_be_read_or_written_is_no_error(site, tmp_path, monk
     assert [path.name for path in site.cache.iterdir()] == [kept.name]  # nothing is left lying about
 
 
-def test_old_caches_do_not_pile_up(site):
+def test_old_caches_do_not_pile_up(site: Any) -> None:
     site.cache.mkdir()
     for number in range(80):
         (site.cache / f"index-{number:08d}").write_text("old")
@@ -129,7 +134,7 @@ def test_old_caches_do_not_pile_up(site):
     assert len(list(site.cache.iterdir())) == 64
 
 
-def test_a_cache_that_belongs_to_somebody_else_is_not_trusted(site):
+def test_a_cache_that_belongs_to_somebody_else_is_not_trusted(site: Any) -> None:
     if not hasattr(os, "getuid") or os.getuid() != 0:
         pytest.skip("only root can give files away")
     site.pack("aero")
@@ -140,7 +145,7 @@ def test_a_cache_that_belongs_to_somebody_else_is_not_trusted(site):
     assert not read_index([str(site.path)]).warm
 
 
-def test_a_folder_that_changes_all_the_time_does_not_make_the_others_slow(site, tmp_path):
+def test_a_folder_that_changes_all_the_time_does_not_make_the_others_slow(site: Any, tmp_path: Path) -> None:
     site.pack("aero")
     site.settle()
     work = tmp_path / "work"
@@ -152,7 +157,7 @@ def test_a_folder_that_changes_all_the_time_does_not_make_the_others_slow(site, 
     assert [offer.name for offer in index.offers] == ["aero"]
 
 
-def test_the_cache_folder_is_the_users(monkeypatch):
+def test_the_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("XPHEVE_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", "/somewhere")
     assert cache_folder() == os.path.join("/somewhere", "xpheve")
@@ -160,7 +165,7 @@ def test_the_cache_folder_is_the_users(monkeypatch):
     assert cache_folder() == str(Path.home() / ".cache" / "xpheve")
 
 
-def test_metadata_that_cannot_be_read_are_named_and_hinder_no_others(site):
+def test_metadata_that_cannot_be_read_are_named_and_hinder_no_others(site: Any) -> None:
     site.pack("aero")
     bad = site.pack("toys")
     (bad / "entry_points.txt").write_bytes(b"[xpheve.packs]\n\xff\xff")
@@ -174,7 +179,7 @@ def test_metadata_that_cannot_be_read_are_named_and_hinder_no_others(site):
     ]
 
 
-def test_a_distribution_found_twice_counts_as_python_imports_it(site, tmp_path):
+def test_a_distribution_found_twice_counts_as_python_imports_it(site: Any, tmp_path: Path) -> None:
     site.pack("aero", version="1.0")
     later = tmp_path / "later"
     shutil.copytree(site.path, later)
@@ -183,7 +188,7 @@ def test_a_distribution_found_twice_counts_as_python_imports_it(site, tmp_path):
     assert len(read_index(["", "/nowhere", str(site.path), str(site.path)]).offers) >= 1
 
 
-def test_a_manifest_is_located_without_importing(site, tmp_path):
+def test_a_manifest_is_located_without_importing(site: Any, tmp_path: Path) -> None:
     site.pack("aero", "raise SystemExit", manifest={})
     source = tmp_path / "src"
     site.pack("far", "raise SystemExit", manifest={}, home=source)
@@ -199,7 +204,7 @@ def test_a_manifest_is_located_without_importing(site, tmp_path):
     assert not any(name.startswith("xpheve_aero") for name in sys.modules)
 
 
-def test_an_editable_install_by_finder_is_located_without_importing(site, tmp_path):
+def test_an_editable_install_by_finder_is_located_without_importing(site: Any, tmp_path: Path) -> None:
     source = tmp_path / "elsewhere"
     site.pack("aero", "raise RuntimeError('imported')", manifest={}, home=source)
     out = site.run(
@@ -217,7 +222,7 @@ def test_an_editable_install_by_finder_is_located_without_importing(site, tmp_pa
     assert out == [str(source / "xpheve_aero" / "xpheve.json"), False]
 
 
-def test_a_hundred_unused_packs_cost_less_than_five_milliseconds_and_are_not_imported(site):
+def test_a_hundred_unused_packs_cost_less_than_five_milliseconds_and_are_not_imported(site: Any) -> None:
     for number in range(100):
         site.pack(f"p{number}", "raise RuntimeError('imported')")
     site.pack("aero")
@@ -244,7 +249,7 @@ def test_a_hundred_unused_packs_cost_less_than_five_milliseconds_and_are_not_imp
     assert seconds[0] < 0.02  # the very first, on a machine that does other things too
 
 
-def test_the_door_imports_nothing_heavy(site):
+def test_the_door_imports_nothing_heavy(site: Any) -> None:
     out = site.run(
         """
         import xpheve.plugins, xpheve.units

@@ -8,6 +8,7 @@ import sysconfig
 import venv
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,7 +46,7 @@ def wheel(folder: Path, version: str) -> Path:
     return path
 
 
-def test_a_pack_is_there_when_installed_and_gone_when_uninstalled(site, tmp_path):
+def test_a_pack_is_there_when_installed_and_gone_when_uninstalled(site: Any, tmp_path: Path) -> None:
     pytest.importorskip("pip")
     home = tmp_path / "venv"
     venv.create(home, with_pip=False)
@@ -70,7 +71,7 @@ def test_a_pack_is_there_when_installed_and_gone_when_uninstalled(site, tmp_path
     assert said[1].startswith('UnknownLawError: law "aero:wind" comes from pack "aero", which is not installed')
 
 
-def test_an_editable_install_by_path_file_is_there(site, tmp_path):
+def test_an_editable_install_by_path_file_is_there(site: Any, tmp_path: Path) -> None:
     source = tmp_path / "checkout" / "src"
     site.pack("aero", manifest={"schema": 1, "pack": "aero", "api": "1", "laws": []}, home=source)
     (site.path / "xpheve_aero.pth").write_text(f"{source}\n")

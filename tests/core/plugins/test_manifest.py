@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import types
+from pathlib import Path
+from typing import Any
 
 import pytest
+
 from xpheve.errors import PackError
 from xpheve.laws import FieldLaw, LawContainer, Param
 from xpheve.plugins.manifest import (
@@ -25,7 +28,7 @@ class Push(FieldLaw):
     role = "push"
     c = Param((1.0, 0.0, 0.0), unit="N", doc="Push.")
 
-    def force(self, body):
+    def force(self, body: Any) -> Any:
         return self.c
 
 
@@ -44,15 +47,15 @@ class Torus:
 
 
 @pytest.fixture
-def pack(tmp_path):
-    module = types.ModuleType("toys")
+def pack(tmp_path: Path) -> Any:
+    module: Any = types.ModuleType("toys")
     module.Push, module.Box, module.Torus = Push, Box, Torus
     module.__all__ = ["Push", "Box", "Torus"]
     module.__file__ = str(tmp_path / "__init__.py")
     return module
 
 
-def test_a_manifest_lists_what_the_pack_offers(pack):
+def test_a_manifest_lists_what_the_pack_offers(pack: Any) -> None:
     built = build_manifest(pack)
     assert built == {
         "schema": 1,
@@ -77,7 +80,7 @@ def test_a_manifest_lists_what_the_pack_offers(pack):
     }
 
 
-def test_a_manifest_just_written_is_not_stale(pack, tmp_path):
+def test_a_manifest_just_written_is_not_stale(pack: Any, tmp_path: Path) -> None:
     assert "there is no manifest" in check_manifest(pack)
     path = write_manifest(pack)
     assert path == tmp_path / "xpheve.json"
@@ -91,7 +94,7 @@ def test_a_manifest_just_written_is_not_stale(pack, tmp_path):
     assert manifest.classes["container"] == {"toys:box": f"{__name__}:Box"}
 
 
-def test_a_stale_manifest_says_what_has_changed(pack):
+def test_a_stale_manifest_says_what_has_changed(pack: Any) -> None:
     path = write_manifest(pack)
     pack.__all__ = ["Box", "Torus", "Pull"]
     pack.Pull = type("Pull", (Push,), {"id": "toys:pull", "__doc__": "A pull.", "__module__": "toys"})
@@ -106,12 +109,12 @@ def test_a_stale_manifest_says_what_has_changed(pack):
     assert "cannot be read" in check_manifest(pack)
 
 
-def test_a_pack_may_say_which_law_api_it_is_for(pack):
+def test_a_pack_may_say_which_law_api_it_is_for(pack: Any) -> None:
     pack.XPHEVE_API = ">=1,<4"
     assert build_manifest(pack)["api"] == ">=1,<4"
 
 
-def test_an_unsound_pack_gets_no_manifest(pack, tmp_path):
+def test_an_unsound_pack_gets_no_manifest(pack: Any, tmp_path: Path) -> None:
     pack.__all__.append("Gone")
     with pytest.raises(PackError, match="names 'Gone', which is not there"):
         write_manifest(pack)
@@ -125,17 +128,17 @@ def test_an_unsound_pack_gets_no_manifest(pack, tmp_path):
     [(">=1,<2", 1, True), (">=1,<2", 2, False), ("1", 1, True), ("1", 2, False), ("==2", 2, True), ("!=2", 2, False),
      (">1", 1, False), ("<=3, >=2", 3, True), (" >= 1 , < 3 ", 2, True)],
 )  # fmt: skip
-def test_ranges_of_the_law_api(needed, version, allowed):
+def test_ranges_of_the_law_api(needed: str, version: int, allowed: bool) -> None:
     assert api_allows(needed, version) is allowed
 
 
 @pytest.mark.parametrize("needed", ["", "soon", ">=", "1.2", "~=1", ">=1,", "\u00b2", "9" * 5000])
-def test_what_is_no_range_is_refused(needed):
+def test_what_is_no_range_is_refused(needed: str) -> None:
     with pytest.raises(ValueError, match="is meant"):
         api_allows(needed)
 
 
-def test_a_manifest_of_a_later_xpheve_with_more_fields_is_read(pack):
+def test_a_manifest_of_a_later_xpheve_with_more_fields_is_read(pack: Any) -> None:
     built = json.loads(json.dumps(build_manifest(pack)))
     built["more"] = 1
     built["laws"][0]["more"] = {"x": 1}

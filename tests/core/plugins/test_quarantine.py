@@ -31,6 +31,7 @@ ZOO: dict[str, tuple[str, list[str]]] = {
     "base": ("class Odd(BaseException): pass\nraise Odd('odd')", ["Odd: odd"]),
     "mute": ("class E(Exception):\n    def __str__(self): raise ValueError\nraise E", ["E: its text cannot be shown"]),
     "deep": ("def f(): f()\nf()", ["RecursionError"]),
+    "lazyexit": ("def __getattr__(name): raise SystemExit(name)", ["registering what it offers", "SystemExit"]),
     "old": ("from xpheve.laws import NoSuchLaw", ["ImportError", "it was made for another xpheve"]),
     "empty": ("", ["neither __all__ nor a hook", "is it really a pack?"]),
     "textall": ("__all__ = 'Wind'", ["__all__ of xpheve_textall is 'Wind': a list of names is needed"]),
@@ -46,8 +47,9 @@ ZOO: dict[str, tuple[str, list[str]]] = {
     "twice": (law("twice:wind").replace('["Wind"]', '["Wind", "Gale"]')
               + "\n    class Gale(Wind):\n        'A gale.'\n", ['have the id "twice:wind"']),
     "hides": (law("hides:wind", "c = Param(1.0)").replace('["Wind"]', '["Gale"]')
-              + "\n    class Gale(Wind):\n        id = 'hides:gale'\n        c = 3.0\n", ["c = 3.0 hides the parameter"]),
-    "taken": (law("taken:wind", "name = Param(1.0)"), ["params.name.name = 'name'", "call the parameter something else"]),
+              + "\n    class Gale(Wind):\n        id = 'hides:gale'\n        c = 3.0\n",
+              ["c = 3.0 hides the parameter"]),
+    "taken": (law("taken:wind", "name = Param(1.0)"), ["params.name.name = 'name'", "call the parameter something"]),
     "before": (law("before:wind", "before = 'basic:gravity'"), ["before = 'basic:gravity'", "valid tuple"]),
     "says": (law("says:wind").replace("def force", "def forec"), ["says nothing: write force(self, body)"]),
     "enforce": (law("enforce:wind").replace("def force(self, body)", "def enforce(self, event)"),
@@ -86,20 +88,20 @@ MANIFESTS: dict[str, tuple[Any, list[str]]] = {
     "list": ([], ["a list, not a table"]),
     "deepjson": ("[" * 100_000, ["nested too deeply"]),
     "huge": ('{"schema": 1, "pad": "' + "x" * (5 << 20) + '"}', ["larger than"]),
-    "newer": ({"schema": 2, "pack": "newer", "api": "1", "laws": []}, ["its schema is 2; this xpheve reads 1: upgrade"]),
+    "newer": ({"schema": 2, "pack": "newer", "api": "1", "laws": []}, ["its schema is 2; this xpheve reads 1"]),
     "wrongname": ({"schema": 1, "pack": "x", "api": "1"}, ["\"pack\" is 'x', but the entry point says 'wrongname'"]),
     "wrongid": ({"schema": 1, "pack": "wrongid", "api": "1", "laws": [{"id": 3}]}, ['"laws" has the id 3']),
     "wronglaw": ({"schema": 1, "pack": "wronglaw", "api": "1", "laws": [{"id": "wronglaw:a", "role": 5, "kind": "x"}]},
                  ["role of a law is 5"]),
     "badapi": ({"schema": 1, "pack": "badapi", "api": "soon", "laws": []}, ["\"api\" is 'soon'"]),
     "future": ({"schema": 1, "pack": "future", "api": ">=3,<4", "laws": []},
-               ["IncompatiblePackError: xpheve-future 2.1 needs law API >=3,<4; this xpheve offers 1. Upgrade xpheve, or "
-                'pip install "xpheve-future<2"']),
+               ["IncompatiblePackError: xpheve-future 2.1 needs law API >=3,<4; this xpheve offers 1. Upgrade xpheve, "
+                'or pip install "xpheve-future<2"']),
 }  # fmt: skip
 
 
 @pytest.fixture(scope="module")
-def zoo(make_site):
+def zoo(make_site: Any) -> Any:
     """One Python that sees all the broken packs and a sound one; what it says of each."""
     site = make_site()
     for name, (source, _) in ZOO.items():
@@ -131,27 +133,27 @@ def zoo(make_site):
 
 
 @pytest.mark.parametrize("name", [*ZOO, *MANIFESTS])
-def test_a_broken_pack_is_named_with_what_is_wrong_and_the_way_out(zoo, name):
+def test_a_broken_pack_is_named_with_what_is_wrong_and_the_way_out(zoo: Any, name: str) -> None:
     said = zoo["errors"][name]
     for part in (f"xpheve-{name} ", f"XPHEVE_DISABLE={name}", *(ZOO | MANIFESTS)[name][1]):
         assert part in said
     assert len(said) < 1200
 
 
-def test_entry_points_that_lead_nowhere_are_broken_packs(zoo):
+def test_entry_points_that_lead_nowhere_are_broken_packs(zoo: Any) -> None:
     assert "xpheve-entry 0.4 failed while importing xpheve_entry.no_such_module" in zoo["errors"]["entry"]
     assert "reinstall xpheve-entry" in zoo["errors"]["entry"]
     assert '"not a module" is no module' in zoo["errors"]["noentry"]
 
 
-def test_the_sound_pack_among_the_broken_ones_works_before_and_after(zoo):
+def test_the_sound_pack_among_the_broken_ones_works_before_and_after(zoo: Any) -> None:
     assert zoo["before"] == "Wind"
     assert zoo["after"] == 2.0
     assert zoo["laws"] == ["sound:wind"]
     assert zoo["status"]["sound"] == "loaded"
 
 
-def test_broken_packs_are_listed_with_phase_exception_and_hint(zoo):
+def test_broken_packs_are_listed_with_phase_exception_and_hint(zoo: Any) -> None:
     listed = {pack: rest for pack, *rest in zoo["broken"]}
     assert set(listed) == {*ZOO, *MANIFESTS, "entry", "noentry"}
     assert all(text and not text.isspace() for rest in listed.values() for text in rest)
@@ -164,12 +166,12 @@ def test_broken_packs_are_listed_with_phase_exception_and_hint(zoo):
     assert zoo["status"]["future"] == "incompatible"
 
 
-def test_a_broken_pack_is_tried_once_and_leaves_no_modules_behind(zoo):
+def test_a_broken_pack_is_tried_once_and_leaves_no_modules_behind(zoo: Any) -> None:
     assert zoo["same_again"]
     assert zoo["left"] == []
 
 
-def test_a_repaired_pack_works_after_a_refresh(site):
+def test_a_repaired_pack_works_after_a_refresh(site: Any) -> None:
     site.pack("aero", "from xpheve_aero.inner import nothing")
     out = site.run(
         f"""
@@ -185,7 +187,7 @@ def test_a_repaired_pack_works_after_a_refresh(site):
     assert out[1:] == ["Wind", []]
 
 
-def test_control_c_while_a_pack_is_imported_is_no_fault_of_the_pack(site):
+def test_control_c_while_a_pack_is_imported_is_no_fault_of_the_pack(site: Any) -> None:
     site.pack("slow", "import os\nif 'AGAIN' not in os.environ: raise KeyboardInterrupt\n__all__ = []")
     out = site.run(
         """
@@ -202,7 +204,7 @@ def test_control_c_while_a_pack_is_imported_is_no_fault_of_the_pack(site):
     assert out == ["interrupted", [], ["loaded"]]
 
 
-def test_a_pack_that_asks_for_itself_while_it_is_imported_is_told_so(site):
+def test_a_pack_that_asks_for_itself_while_it_is_imported_is_told_so(site: Any) -> None:
     site.pack("snake", "from xpheve.plugins import Registry\nRegistry.default().law('snake:wind')\n__all__ = []")
     out = site.run(
         """
@@ -213,7 +215,14 @@ def test_a_pack_that_asks_for_itself_while_it_is_imported_is_told_so(site):
     assert 'pack "snake" asks the registry for itself while it is being imported' in out
 
 
-def test_try_all_imports_everything_and_names_what_fails(site):
+def test_a_law_without_a_docstring_works_and_is_remarked(site: Any) -> None:
+    site.pack("aero", law("aero:wind").replace('"A law."', ""))
+    out = site.run("out = [registry.law('aero:wind').__name__, registry.remarks()]")
+    assert out[0] == "Wind"
+    assert out[1] == ["xpheve-aero 1.0: aero:wind has no docstring, so that listings cannot say what it does"]
+
+
+def test_try_all_imports_everything_and_names_what_fails(site: Any) -> None:
     site.pack("aero")
     site.pack("toys", "1 / 0")
     out = site.run("out = [[b.pack for b in registry.try_all()], [p.status for p in registry.packs()]]")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
+
 from xpheve.errors import DuplicateLawError, LawDefinitionError, PackError, UnknownLawError
 from xpheve.laws import FieldLaw, LawContainer, Param
 from xpheve.laws.conditions import Elapsed
@@ -47,7 +50,7 @@ class Push(FieldLaw):
     role = "push"
     strength = Param(1.0, unit="N")
 
-    def force(self, body):
+    def force(self, body: Any) -> Any:
         return (self.strength, 0.0, 0.0)
 
 
@@ -58,7 +61,7 @@ class Timer(LawContainer):
     condition = Elapsed(1.0, every=True)
 
 
-def test_only_the_pack_that_is_named_is_imported(site):
+def test_only_the_pack_that_is_named_is_imported(site: Any) -> None:
     site.pack("aero")
     site.pack("toys")
     out = site.run(
@@ -73,13 +76,14 @@ def test_only_the_pack_that_is_named_is_imported(site):
     assert out == [[], ["xpheve_aero"], 3.0, True]
 
 
-def test_listings_are_read_from_manifests_without_importing(site):
+def test_listings_are_read_from_manifests_without_importing(site: Any) -> None:
     site.pack("aero", "1 / 0", manifest=AERO, version="1.2")
     site.pack("slow", "1 / 0", manifest=LINEAR)
     out = site.run(
         """
         laws = registry.laws()
-        out = [[(info.id, info.role, info.doc, info.loaded) for info in laws], [i.id for i in registry.laws(role="drag")],
+        out = [[(info.id, info.role, info.doc, info.loaded) for info in laws],
+               [info.id for info in registry.laws(role="drag")],
                laws[0].spec.params[0].gt, laws[0].distribution, laws[0].version, registry.broken()]
         """
     )
@@ -91,19 +95,20 @@ def test_listings_are_read_from_manifests_without_importing(site):
     assert out[1:] == [["aero:quadratic_drag", "slow:linear_drag"], 0, "xpheve-aero", "1.2", []]
 
 
-def test_a_pack_without_a_manifest_is_imported_at_the_first_listing_and_that_is_remarked(site):
+def test_a_pack_without_a_manifest_is_imported_at_the_first_listing_and_that_is_remarked(site: Any) -> None:
     site.pack("aero")
     out = site.run("out = [[(i.id, i.loaded) for i in registry.laws()], registry.remarks()]")
     assert out[0] == [["aero:wind", True]]
     assert "xpheve-aero 1.0: has no manifest, so that listing its laws imported it" in out[1][0]
 
 
-def test_an_unknown_law_comes_with_its_likeness_and_its_kin(site):
+def test_an_unknown_law_comes_with_its_likeness_and_its_kin(site: Any) -> None:
     site.pack("aero", AERO_SOURCE, manifest=AERO, version="1.2")
     site.pack("slow", "1 / 0", manifest=LINEAR)
     out = site.run(
         """
-        ids = ["aero:quadratc_drag", "ocean:buoyancy", "joints:hinge", "areo:wind", "basic:gravity", "wind", "aero:xyz", 3]
+        ids = ["aero:quadratc_drag", "ocean:buoyancy", "joints:hinge", "areo:wind", "basic:gravity", "wind",
+               "aero:xyz", 3]
         out = [error_of(registry.law, id) for id in ids]
         out += [error_of(registry.container, "aero:tunel"), error_of(registry.load, "aeros")]
         """
@@ -119,7 +124,9 @@ def test_an_unknown_law_comes_with_its_likeness_and_its_kin(site):
         "most packs are called xpheve-NAME: pip install xpheve-ocean"
     )
     assert "pip install xpheve-joints" in joints
-    assert areo == 'law "areo:wind" comes from pack "areo", which is not installed. Did you mean "aero:wind" (xpheve-aero 1.2)?'
+    assert areo == (
+        'law "areo:wind" comes from pack "areo", which is not installed. Did you mean "aero:wind" (xpheve-aero 1.2)?'
+    )
     assert basic.endswith("which is not installed. pip install xpheve-laws-basic")
     assert wind == (
         'law "wind" is not known; an id has the name of its pack in front. Did you mean "aero:wind" (xpheve-aero 1.2)?'
@@ -130,7 +137,7 @@ def test_an_unknown_law_comes_with_its_likeness_and_its_kin(site):
     assert pack == 'pack "aeros" is not installed. Did you mean "aero"?'
 
 
-def test_a_law_that_only_a_stale_manifest_names_is_said_to_be_so(site):
+def test_a_law_that_only_a_stale_manifest_names_is_said_to_be_so(site: Any) -> None:
     site.pack("aero", manifest=AERO)
     out = site.run("out = [error_of(registry.law, 'aero:quadratic_drag'), registry.remarks()]")
     assert "Its manifest names it, but its module does not offer it: the manifest is stale" in out[0]
@@ -153,7 +160,7 @@ SWITCHES = [
 
 
 @pytest.fixture(scope="module")
-def switched(make_site):
+def switched(make_site: Any) -> Any:
     """What one Python says of a law under each set of switches."""
     site = make_site()
     site.pack("aero")
@@ -170,7 +177,7 @@ def switched(make_site):
 
 
 @pytest.mark.parametrize("number", range(len(SWITCHES)))
-def test_switches_keep_packs_from_being_loaded_and_say_so(switched, number):
+def test_switches_keep_packs_from_being_loaded_and_say_so(switched: Any, number: int) -> None:
     said, laws, status = switched[number]
     expected = SWITCHES[number][1]
     if expected is None:
@@ -182,7 +189,7 @@ def test_switches_keep_packs_from_being_loaded_and_say_so(switched, number):
         assert status["aero"] == "disabled"
 
 
-def test_switches_of_the_environment_and_of_the_constructor_are_joined(site):
+def test_switches_of_the_environment_and_of_the_constructor_are_joined(site: Any) -> None:
     site.pack("aero")
     site.pack("toys")
     out = site.run(
@@ -201,7 +208,7 @@ def test_switches_of_the_environment_and_of_the_constructor_are_joined(site):
     assert out[4] == "PackError: disable='toys': give a list, such as ['toys']"
 
 
-def test_two_distributions_of_one_pack_are_an_error_only_when_it_is_needed(site):
+def test_two_distributions_of_one_pack_are_an_error_only_when_it_is_needed(site: Any) -> None:
     site.pack("aero", version="1.2")
     site.pack("aero", distribution="my-aero", version="0.1", source="1 / 0")
     site.pack("toys")
@@ -227,7 +234,7 @@ def test_two_distributions_of_one_pack_are_an_error_only_when_it_is_needed(site)
     assert out[4] == ["duplicate", "loaded"]
 
 
-def test_a_pack_installed_while_python_runs_is_seen_after_a_refresh_and_gone_after_another(site):
+def test_a_pack_installed_while_python_runs_is_seen_after_a_refresh_and_gone_after_another(site: Any) -> None:
     site.pack("toys")
     out = site.run(
         """
@@ -253,7 +260,7 @@ def test_a_pack_installed_while_python_runs_is_seen_after_a_refresh_and_gone_aft
     assert out == [["toys"], "UnknownLawError:", "Wind", ["toys"], "UnknownLawError:"]
 
 
-def test_shapes_steppers_and_contact_servers_are_known_by_what_they_offer(site):
+def test_shapes_steppers_and_contact_servers_are_known_by_what_they_offer(site: Any) -> None:
     site.pack(
         "toys",
         """
@@ -283,7 +290,7 @@ def test_shapes_steppers_and_contact_servers_are_known_by_what_they_offer(site):
     assert "choose one of law, container, shape, stepper, contact_server" in out[5]
 
 
-def test_a_program_registers_classes_of_its_own():
+def test_a_program_registers_classes_of_its_own() -> None:
     registry = Registry(search_path=[])
     registry.register([Push, Timer])
     registry.register([Push, Timer])
@@ -301,14 +308,14 @@ def test_a_program_registers_classes_of_its_own():
     assert registry.law("toys:push") is Push
 
 
-def test_what_is_wrong_with_a_registered_class_raises_at_once_and_changes_nothing():
+def test_what_is_wrong_with_a_registered_class_raises_at_once_and_changes_nothing() -> None:
     class Bad(FieldLaw):
         """Bad."""
 
         id = "toys:bad"
         c = Param(1.0, unit="parsnip")
 
-        def force(self, body):
+        def force(self, body: Any) -> Any:
             return body.velocity
 
     registry = Registry(search_path=[])
@@ -323,7 +330,7 @@ def test_what_is_wrong_with_a_registered_class_raises_at_once_and_changes_nothin
         Registry(search_path=[], disable=["toys"]).register(Push)
 
 
-def test_a_module_given_by_a_program_needs_no_all(site):
+def test_a_module_given_by_a_program_needs_no_all(site: Any) -> None:
     site.pack("aero")
     out = site.run(
         """
@@ -349,7 +356,7 @@ def test_a_module_given_by_a_program_needs_no_all(site):
     assert out == [["aero:wind", "game:push"], [["aero", "loaded"], ["game", "loaded"]]]
 
 
-def test_the_trace_says_what_is_loaded_and_how_long_it_took(site):
+def test_the_trace_says_what_is_loaded_and_how_long_it_took(site: Any) -> None:
     site.pack("aero", version="1.2")
     site.run("registry.law('aero:wind'); out = 0", XPHEVE_TRACE="1")
     assert "xpheve: index of 1 packs, searched, in " in site.stderr
@@ -358,10 +365,10 @@ def test_the_trace_says_what_is_loaded_and_how_long_it_took(site):
     assert site.stderr == ""
 
 
-def test_many_threads_load_a_pack_once(site):
+def test_many_threads_load_a_pack_once(site: Any) -> None:
     site.pack("aero", "import time\ntime.sleep(0.05)\nfrom xpheve_aero.laws import Wind\n__all__ = ['Wind']")
     (site.path / "xpheve_aero" / "laws.py").write_text(
-        "from xpheve.laws import FieldLaw\nprint('imported')\nclass Wind(FieldLaw):\n    'Wind.'\n    id = 'aero:wind'\n"
+        "from xpheve.laws import FieldLaw\nclass Wind(FieldLaw):\n    'Wind.'\n    id = 'aero:wind'\n"
         "    def force(self, body):\n        return (0.0, 0.0, 0.0)\n"
     )
     out = site.run(
@@ -375,5 +382,5 @@ def test_many_threads_load_a_pack_once(site):
     assert out == 1
 
 
-def test_the_default_registry_is_one_for_the_process():
+def test_the_default_registry_is_one_for_the_process() -> None:
     assert Registry.default() is Registry.default()

@@ -17,9 +17,9 @@ TINY = 1e-150  # [m] below it squares of lengths underflow; a damper that short 
 class Damper(PairLaw):
     """Viscous damper (dashpot): F on a = -c (u . (v_a - v_b)) u, where u = d/|d| and d leads from b to a.
 
-    Holds where the resistance grows in proportion to the speed at which the distance changes; motion across it is free. At d = 0 it
-    has no direction and the force is 0. With ``basic:spring`` on the same objects it makes a spring-damper; critical
-    damping of a pair is c = 2 sqrt(k m), where m is the reduced mass m_a m_b / (m_a + m_b).
+    Holds where the resistance grows in proportion to the speed at which the distance changes; motion across it is
+    free. At d = 0 it has no direction and the force is 0. With ``basic:spring`` on the same objects it makes a
+    spring-damper; critical damping of a pair is c = 2 sqrt(k m), where m is the reduced mass m_a m_b / (m_a + m_b).
 
     Units: damping c [N s/m], velocities [m/s], force [N]. There is no potential; the work is reported.
 

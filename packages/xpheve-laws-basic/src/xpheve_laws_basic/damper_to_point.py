@@ -17,9 +17,10 @@ TINY = 1e-150  # [m] below it squares of lengths underflow; a damper that short 
 class DamperToPoint(FieldLaw):
     """Viscous damper to a fixed point p: F = -c (u . v) u, where u = d/|d| and d = x - p.
 
-    Holds where the resistance grows in proportion to the speed at which the distance changes; circling around the point is free. At
-    d = 0 it has no direction and the force is 0, so that an object on its way through the point is not damped just there.
-    With ``basic:spring_to_point`` on the same objects it makes a spring-damper; critical damping is c = 2 sqrt(k m).
+    Holds where the resistance grows in proportion to the speed at which the distance changes; circling around the
+    point is free. At d = 0 it has no direction and the force is 0, so that an object on its way through the point
+    is not damped just there. With ``basic:spring_to_point`` on the same objects it makes a spring-damper; critical
+    damping is c = 2 sqrt(k m).
 
     Units: damping c [N s/m], velocity v [m/s], force [N]. There is no potential; the work is reported.
 

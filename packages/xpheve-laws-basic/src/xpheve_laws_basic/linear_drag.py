@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 class LinearDrag(FieldLaw):
     """Linear drag: F = -b v.
 
-    Holds for creeping flow, Reynolds numbers below about 0.1, in a fluid at rest; b = 6 pi mu r for a sphere of radius r
-    in a fluid of viscosity mu (Stokes). Also the usual model of a viscous damper.
+    Holds for creeping flow, Reynolds numbers below about 0.1, in a fluid at rest; b = 6 pi mu r for a sphere of
+    radius r in a fluid of viscosity mu (Stokes). Also the usual model of a viscous damper.
 
     Units: coefficient b [kg/s], velocity v [m/s], force [N]. There is no potential; the work is reported.
 

@@ -35,16 +35,17 @@ class Direction(Param):
 class PlanetGravity(FieldLaw):
     """Uniform gravity: F = m g d, where d points down.
 
-    Holds as long as heights are small beside the planet's radius: the neglected change of g is 2 h/R, or 0.03 % for each
-    kilometre above the Earth.
+    Holds as long as heights are small beside the planet's radius: the neglected change of g is 2 h/R, or 0.03 % for
+    each kilometre above the Earth.
 
-    Units: acceleration g [m/s^2], mass m [kg], force [N]; the potential is m g h [J] with the height h [m] over the origin.
+    Units: acceleration g [m/s^2], mass m [kg], force [N]; the potential is m g h [J] with the height h [m] over the
+    origin.
 
     Cost: none along the way; reads mass and parameters only, so that the force is stored once.
     Accuracy: exact, to rounding.
 
-    Source: I. Newton, Principia (1687), definition VIII; the default of g is that of central Europe, standard gravity is
-    9.80665 m/s^2 by the 3rd CGPM (1901).
+    Source: I. Newton, Principia (1687), definition VIII; the default of g is that of central Europe, standard
+    gravity is 9.80665 m/s^2 by the 3rd CGPM (1901).
     """
 
     id = "basic:planet_gravity"

@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 class QuadraticDrag(FieldLaw):
     """Quadratic drag: F = -1/2 rho C_d A |v| v.
 
-    Holds in a fluid at rest for Reynolds numbers of about 1e3 to 2e5, where C_d of a sphere is nearly constant, and speeds
-    well below that of sound. A is the area of the body seen along its way, pi r^2 for a sphere; it does not turn with the body.
+    Holds in a fluid at rest for Reynolds numbers of about 1e3 to 2e5, where C_d of a sphere is nearly constant, and
+    speeds well below that of sound. A is the area of the body seen along its way, pi r^2 for a sphere; it does not
+    turn with the body.
 
-    Every object needs ``drag_area`` (``PhysicalObject(..., drag_area=0.01)``): there is no area that would be right for
-    all, and one of 0 would leave the drag out without a word. An object without it stops the run with an error at the first
-    evaluation. 0 is allowed, and means none.
+    Every object needs ``drag_area`` (``PhysicalObject(..., drag_area=0.01)``): there is no area that would be right
+    for all, and one of 0 would leave the drag out without a word. An object without it stops the run with an error
+    at the first evaluation. 0 is allowed, and means none.
 
-    Units: density rho [kg/m^3], C_d [1], area A [m^2], velocity v [m/s], force [N]. There is no potential; the work is reported.
+    Units: density rho [kg/m^3], C_d [1], area A [m^2], velocity v [m/s], force [N]. There is no potential; the work
+    is reported.
 
     Cost: one evaluation a step, some fifteen operations and a square root a body.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint.

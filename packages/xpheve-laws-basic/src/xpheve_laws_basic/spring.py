@@ -17,20 +17,21 @@ TINY = 1e-150  # [m] below it squares of lengths underflow; a spring that short 
 class Spring(PairLaw):
     """Elastic spring: F on a = -k (|d| - L) d/|d|, where d leads from b to a.
 
-    Holds for stretches in which the spring is linear and its own mass does not matter; its ends are the centres of mass, so it
-    turns nothing. It pushes as well as pulls. At d = 0 it has no direction and the force is 0, which is exact for L = 0.
+    Holds for stretches in which the spring is linear and its own mass does not matter; its ends are the centres of
+    mass, so it turns nothing. It pushes as well as pulls. At d = 0 it has no direction and the force is 0, which is
+    exact for L = 0.
 
-    A spring that also damps is this law and ``basic:damper`` on the same objects. They are two laws so that this one has
-    a potential, by which energy is accounted exactly, and the other reports the work that it takes.
+    A spring that also damps is this law and ``basic:damper`` on the same objects. They are two laws so that this
+    one has a potential, by which energy is accounted exactly, and the other reports the work that it takes.
 
     Units: stiffness k [N/m], lengths [m], force [N]; the potential is k (|d| - L)^2 / 2 [J].
 
     Cost: one evaluation a step, some twenty operations, a square root and three divisions a pair.
-    Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k), where m is the reduced mass
-    m_a m_b / (m_a + m_b).
+    Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k), where m is
+    the reduced mass m_a m_b / (m_a + m_b).
 
-    Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976),
-    section 21.
+    Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed.
+    1976), section 21.
     """
 
     id = "basic:spring"

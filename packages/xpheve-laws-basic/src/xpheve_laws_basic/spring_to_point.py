@@ -17,9 +17,9 @@ TINY = 1e-150  # [m] below it squares of lengths underflow; a spring that short 
 class SpringToPoint(FieldLaw):
     """Elastic spring to a fixed point p: F = -k (|d| - L) d/|d|, where d = x - p.
 
-    Holds for stretches in which the spring is linear and its own mass does not matter; it ends at the centre of mass, so it
-    turns nothing. It pushes as well as pulls. At d = 0 it has no direction and the force is 0, which is exact for L = 0. What holds
-    the point is not part of the scene, so momentum is not kept.
+    Holds for stretches in which the spring is linear and its own mass does not matter; it ends at the centre of
+    mass, so it turns nothing. It pushes as well as pulls. At d = 0 it has no direction and the force is 0, which is
+    exact for L = 0. What holds the point is not part of the scene, so momentum is not kept.
 
     A spring that also damps is this law and ``basic:damper_to_point`` on the same objects, for the reason that
     ``basic:spring`` gives.
@@ -29,8 +29,8 @@ class SpringToPoint(FieldLaw):
     Cost: one evaluation a step, some twenty operations, a square root and three divisions a body.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k).
 
-    Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976),
-    section 21.
+    Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed.
+    1976), section 21.
     """
 
     id = "basic:spring_to_point"

@@ -15,17 +15,20 @@ if TYPE_CHECKING:
 class UniversalGravity(PairLaw):
     """Newton's gravity: F on a = -G m_a m_b d / (|d|^2 + s^2)^(3/2), where d leads from b to a.
 
-    Holds for points and for bodies outside one another whose mass is spread in spherical shells, at speeds far below that of
-    light. Without softening (s = 0) it is singular at d = 0, and two bodies in one place are an error. With softening each
-    body acts like a Plummer sphere of radius s, which is for swarms where close encounters do not matter.
+    Holds for points and for bodies outside one another whose mass is spread in spherical shells, at speeds far
+    below that of light. Without softening (s = 0) it is singular at d = 0, and two bodies in one place are an
+    error. With softening each body acts like a Plummer sphere of radius s, which is for swarms where close
+    encounters do not matter.
 
-    Units: G [m^3/(kg s^2)], masses [kg], lengths [m], force [N]; the potential of a pair is -G m_a m_b / sqrt(|d|^2 + s^2) [J].
+    Units: G [m^3/(kg s^2)], masses [kg], lengths [m], force [N]; the potential of a pair is -G m_a m_b / sqrt(|d|^2
+    + s^2) [J].
 
     Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``.
-    Accuracy: the force is exact to rounding; trajectories are as exact as the stepper, order 2 in dt with the midpoint.
+    Accuracy: the force is exact to rounding; trajectories are as exact as the stepper, order 2 in dt with the
+    midpoint.
 
-    Source: I. Newton, Principia (1687), book III, proposition VII; G of CODATA 2018: E. Tiesinga et al.,
-    Rev. Mod. Phys. 93, 025010 (2021); softening: H. C. Plummer, MNRAS 71, 460 (1911).
+    Source: I. Newton, Principia (1687), book III, proposition VII; G of CODATA 2018: E. Tiesinga et al., Rev. Mod.
+    Phys. 93, 025010 (2021); softening: H. C. Plummer, MNRAS 71, 460 (1911).
     """
 
     id = "basic:universal_gravity"

@@ -117,7 +117,7 @@ def read_index(path: Sequence[str] | None = None) -> Index:
 
 
 class _Distribution(NamedTuple):
-    """What was read of one distribution; ``watched`` is the file, or the folder, whose stamp says whether it is true."""
+    """What was read of one distribution; ``watched`` is the file or folder whose stamp says whether it is true."""
 
     called: str
     watched: str
@@ -214,7 +214,7 @@ def _drop_oldest(folder: str) -> None:
 
 
 def _search(folder: str) -> tuple[_Folder, int]:
-    """Return what is in ``folder``, and its number of entries. Stamps are taken before what they vouch for is read."""
+    """Return what is in ``folder``, and its number of entries; stamps are taken before what they vouch for is read."""
     read_at = time.time_ns()
     stamp = _stamp(folder)
     infos, size = _metadata_folders(folder)

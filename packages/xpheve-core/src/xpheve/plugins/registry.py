@@ -517,11 +517,12 @@ class Registry:
             guarded(_check_entry_point, offer)
             phase = f"importing {offer.module}"
             source = guarded(import_object, offer.module)
-            if getattr(getattr(source, "__spec__", None), "_initializing", False):
+            if guarded(_is_unfinished, source):
                 raise PackError(f'{offer.module} is being imported; pack "{offer.name}" can be used when that is done')
             phase = "registering what it offers"
-            if not guarded(api_allows, api_of(source)):
-                raise self._incompatible(offer, api_of(source))
+            needed = guarded(api_of, source)
+            if not guarded(api_allows, needed):
+                raise self._incompatible(offer, needed)
             pack = Pack(offer.name, distribution=offer.distribution, version=offer.version, location=offer.location)
             implementations = guarded(collect, pack, source)
             pack.seconds = time.perf_counter() - started
@@ -732,6 +733,11 @@ def _check_entry_point(offer: Offer) -> None:
         raise PackError(f'"{offer.module}" is no module; "package.module" is needed')
 
 
+def _is_unfinished(source: Any) -> bool:
+    """Return whether ``source`` is a module in the midst of being imported, by somebody up the stack."""
+    return bool(getattr(getattr(source, "__spec__", None), "_initializing", False))
+
+
 def _stale(pack: Pack, manifest: Manifest) -> list[str]:
     """Return a remark on what the manifest says otherwise than the module."""
     odd: list[str] = []
@@ -774,7 +780,7 @@ def _own_offer(pack: Pack) -> Offer:
 
 def _module_of(pack: Pack) -> str:
     source = pack.source
-    return str(source.__name__ if isinstance(source, ModuleType) else type(source).__module__)
+    return str(vars(source).get("__name__", "") if isinstance(source, ModuleType) else type(source).__module__)
 
 
 def _top(offer: Offer) -> str:

@@ -1,0 +1,219 @@
+"""Explain: who serves what and why, what was evaluated and what was skipped, what the error is. Looking changes nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+from xpheve.errors import XpheveError
+from xpheve.laws import ContinuousLaw, PhysicalLaw, ResponseLaw
+
+if TYPE_CHECKING:
+    from xpheve.engine import PhysicsEngine
+    from xpheve.plan.world import World
+
+
+class Explanation:
+    """What `PhysicsEngine.explain` found: ``data`` as plain values, `to_json`, and text for people by ``str()``."""
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data = data
+
+    def to_json(self) -> str:
+        """``data`` as JSON text."""
+        return json.dumps(self.data, indent=2, sort_keys=True)
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self.data))
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def explain(engine: PhysicsEngine) -> Explanation:
+    """Explain the scene of ``engine`` as it stands; one that is not planned yet is planned in a copy."""
+    seen = engine
+    if engine._world.dirty:
+        seen = engine.copy()
+        seen._world.plan()
+    world = seen._world
+    energy = seen.energy()
+    data: dict[str, Any] = {
+        "time": engine.time,
+        "state": engine.state,
+        "objects": world.bodies.count,
+        "groups": _groups(world),
+        "laws": [_law(world, law, own) for law, own in zip(world.laws, engine._world.laws, strict=True)],
+        "conditions": [_container(world, container) for container in world.containers],
+        "contacts": None if world.contacts is None else world.contacts.report(),
+        "events": {"handled": world.events, "waiting": len(world.queue), "void": world.queue.voided},
+        "energy": {
+            "kinetic": energy.kinetic,
+            "potential": energy.potential,
+            "work": energy.work,
+            "drift": _drift(engine, energy.balance, energy),
+            "work_by": dict(sorted(world.work.items())),
+        },
+        "skipped": _skipped(world),
+        "unread_columns": _unread(world),
+        "compiled": "nothing: laws are evaluated in NumPy, one call for all objects concerned",
+        "remarks": [],
+    }
+    engine.registry.call("xpheve_report", engine=engine, report=data)
+    return Explanation(data)
+
+
+def _groups(world: World) -> list[dict[str, Any]]:
+    found = []
+    for batch in world.batches:
+        if not batch.state.count:
+            continue
+        rows = batch.state.rows.tolist()
+        groups = {id(world.group_of(world.bodies.objects[row])) for row in rows} if batch.signature.coupled else rows
+        found.append(
+            {
+                "stepper": batch.stepper.id,
+                "promise": batch.stepper.promise,
+                "objects": len(rows),
+                "groups": len(groups),
+                "because": _because(batch.signature),
+                "refused": dict(batch.choice.refusals),
+                "offers": {
+                    name: {"order": None if math.isinf(offer.order) else offer.order, "exact": offer.exact, "cost": offer.cost}
+                    for name, offer in batch.choice.offers.items()
+                },
+                "steps": int(batch.state.numbers.get("steps", 0)),
+                "rejected": int(batch.state.numbers.get("rejected", 0)),
+                "covered_until": _finite(batch.stepper.covered(batch.state)[0]),
+            }
+        )
+    fixed = sum(obj.fixed for obj in world.bodies.objects)
+    if fixed:
+        found.append({"stepper": "none", "promise": "fixed: nothing is computed", "objects": fixed, "groups": fixed,
+                      "because": "fixed=True", "refused": {}, "offers": {}, "steps": 0, "rejected": 0, "covered_until": None})  # fmt: skip
+    return found
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _because(signature: Any) -> str:
+    torque = {"none": "no torque", "principal": "torque about a principal axis", "general": "a torque in general direction"}
+    laws = f"laws along the way: {', '.join(signature.laws)}" if signature.laws else "stored forces only"
+    return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}"
+
+
+def _law(world: World, law: PhysicalLaw, own: PhysicalLaw) -> dict[str, Any]:
+    objects = len(world.mapping.objects(law))
+    how, why = _how(world, law, objects)
+    return {
+        "id": law.label(),
+        "name": law.name,
+        "how": how,
+        "objects": objects,
+        "evaluations": own.evaluations,
+        "skipped_because": why if own.evaluations == 0 or how == "stored" else "",
+        "reads": sorted(world.constant.get(law, ())) if isinstance(law, ContinuousLaw) else [],
+        "potential": isinstance(law, ContinuousLaw) and law.defines("potential"),
+        "parameters": {k: list(v) if isinstance(v, tuple) else v for k, v in law.parameters.items()},
+    }
+
+
+def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
+    if not law.enabled:
+        return "disabled", "disabled"
+    if not objects:
+        return "unmapped", "no object is mapped to it"
+    if isinstance(law, ContinuousLaw) and law in world.constant:
+        return "stored", "constant: its force is stored, and evaluated again only when what it reads is set"
+    if isinstance(law, ResponseLaw):
+        return "contacts", "no two of its objects have met"
+    if law.containers:
+        conditions = ", ".join(str(container.condition) for container in law.containers)
+        return "event", f"its condition has not fired: {conditions}"
+    return "along the way", "no time has passed"
+
+
+def _container(world: World, container: Any) -> dict[str, Any]:
+    condition = container.condition
+    server = "polled: it detects for itself" if container.is_polled else {
+        "engine": "engine", "queue": "event queue", "steps": "host steps", "contacts": "contact server",
+    }[condition.served_by]  # fmt: skip
+    return {
+        "id": container.label(),
+        "name": container.name,
+        "condition": str(condition),
+        "server": server,
+        "laws": [law.label() for law in container.laws],
+        "firings": container.firings,
+        "detections": container.detections,
+        "spent": container in world.spent,
+    }
+
+
+def _skipped(world: World) -> list[str]:
+    found = []
+    if not any(batch.signature.laws and batch.state.count for batch in world.batches):
+        found.append("stepping: all motion is in closed form, nothing is computed between events")
+    if world.contacts is None:
+        found.append("contacts: no law or container asks for them")
+    if not world.host_step_listeners():
+        found.append("host steps: nobody listens to them")
+    return found
+
+
+def _unread(world: World) -> list[str]:
+    declared = {name for law in world.laws for name in law.columns}
+    found = {name for obj in world.bodies.objects for name in obj._columns} - declared
+    return sorted(found)
+
+
+def _drift(engine: PhysicsEngine, balance: float, energy: Any) -> float | None:
+    """Change of (kinetic + potential - work) since the start, over the largest of these energies."""
+    if engine._authored is None:
+        return None
+    try:
+        from xpheve.plan.saved import revive
+
+        laws = [type(law) for law in engine._authored.laws]
+        containers = [type(container) for container in engine._authored.containers]
+        first = revive(type(engine), engine._authored.portable(), laws, containers, engine._registry).energy()
+    except (XpheveError, TypeError):
+        return None
+    scale = max(abs(value) for value in (*first, *energy))
+    return (balance - first.balance) / scale if scale else 0.0
+
+
+def _lines(data: dict[str, Any]) -> list[str]:
+    """The explanation as text."""
+    lines = [f"t = {data['time']} s, {data['state']}, {data['objects']} objects, {len(data['laws'])} laws", ""]
+    lines.append("who moves whom")
+    for group in data["groups"]:
+        lines.append(f"  {group['stepper']}: {group['objects']} objects in {group['groups']} groups: {group['promise']}")
+        lines.append(f"    because: {group['because']}")
+        if group["steps"]:
+            lines.append(f"    steps: {group['steps']}, rejected {group['rejected']}")
+        lines += [f"    refused: {name}: {reason}" for name, reason in group["refused"].items()]
+    lines += ["", f"{'law':<34}{'how':<16}{'objects':>8}{'evaluations':>13}  skipped because"]
+    for law in data["laws"]:
+        name = f"{law['id']}{' ' + repr(law['name']) if law['name'] else ''}"
+        lines.append(f"{name:<34}{law['how']:<16}{law['objects']:>8}{law['evaluations']:>13}  {law['skipped_because'] or '-'}")
+    if data["conditions"]:
+        lines += ["", "conditions"]
+        for c in data["conditions"]:
+            lines.append(f"  {c['condition']} [{c['server']}]: fired {c['firings']} times, for {', '.join(c['laws']) or 'no law'}")
+    if data["contacts"]:
+        c = data["contacts"]
+        lines += ["", f"contacts: {c['impacts']} impacts in {c['generations']} generations, {c['predictions']} predictions"]
+        lines += [f"  rests: {text}" for text in c["supports"]] + [f"  held: {text}" for text in c["held"]]
+    energy = data["energy"]
+    drift = "not started" if energy["drift"] is None else f"{energy['drift']:.2g} of the largest energy"
+    lines += ["", f"energy: kinetic {energy['kinetic']:.9g} J, potential {energy['potential']:.9g} J, work {energy['work']:.9g} J"]
+    lines.append(f"  drift of kinetic + potential - work since the start: {drift}")
+    lines += [f"  work by {name}: {joules:.9g} J" for name, joules in energy["work_by"].items()]
+    lines += ["", *(f"skipped: {text}" for text in data["skipped"]), f"compiled: {data['compiled']}"]
+    lines += [f"column {name!r} was given to objects, but no law here reads it" for name in data["unread_columns"]]
+    lines += [str(remark) for remark in data["remarks"]]
+    return lines

@@ -1,0 +1,395 @@
+"""From an engine to a scene file: the same bits in the same order, so that files can be compared line by line.
+
+What a scene cannot say is left to checkpoints: the time, what laws keep in ``state``, timers under way, forces that laws stored.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from xpheve.errors import SceneError, XpheveError
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.scene.names import Names
+from xpheve.scene.source import form_of, show
+
+if TYPE_CHECKING:
+    from xpheve.engine import PhysicsEngine
+    from xpheve.objects import PhysicalObject
+
+VERSION = 1
+WIDTH = 120  # characters; lists and tables that fit stand on one line
+RUN_KEYS = ("until", "dt", "every", "rtol", "atol", "record")
+SCRIPT = "Put it into a pack (a module that an entry point of the group xpheve.packs names; see registry.register for a try)"
+
+Plain = dict[str, Any]
+
+
+def save(engine: PhysicsEngine, path: str | os.PathLike[str], *, run: Mapping[str, Any] | None = None) -> Path:
+    """Write the scene of ``engine`` to ``path``, TOML or JSON by its ending: aside, and then in the place of a file there.
+
+    Parameters
+    ----------
+    run
+        Settings for ``xpheve run``: ``until``, ``dt``, ``every``, ``rtol``, ``atol``, ``record``.
+
+    Raises
+    ------
+    SceneError
+        If the scene holds what a file cannot say, such as a law that no pack offers, or the file cannot be written.
+    """
+    target = Path(path)
+    data = dumps(engine, form_of(target), run=run).encode()
+    beside = target.with_name(f".{target.stem[:100]}.{os.getpid()}.new{target.suffix}")
+    try:
+        with open(beside, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, target)
+    except OSError as wrong:
+        raise SceneError(f"{target}: cannot be written: {wrong.strerror or wrong}") from None
+    finally:
+        beside.unlink(missing_ok=True)
+    return target
+
+
+def dumps(engine: PhysicsEngine, form: str = "toml", *, run: Mapping[str, Any] | None = None) -> str:
+    """The scene of ``engine`` as text, TOML or JSON; raises as `save` does."""
+    if form not in ("toml", "json"):
+        raise SceneError(f"form = {form!r}: choose 'toml' or 'json'")
+    tables = _Tables(engine).tables
+    if run:
+        tables = {"xpheve": tables.pop("xpheve"), "up": tables.pop("up"), "seed": tables.pop("seed"), "run": _run(run), **tables}
+    text = _json(tables) if form == "json" else _toml(tables, engine.time)
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise SceneError("a name in this scene has half of a surrogate pair, which is no character; rename it") from None
+    return text
+
+
+class _Tables:
+    """An engine as plain tables."""
+
+    def __init__(self, engine: PhysicsEngine) -> None:
+        self.engine = engine
+        # Named ones by name, since that is how a reader looks for them; the others as added, so that files change little.
+        self.objects = sorted(engine.objects, key=lambda obj: (not obj.name, _natural(obj.name), obj.serial))
+        order = {law: k for k, law in enumerate(engine.laws)}
+        self.laws = sorted(engine.laws, key=lambda law: (not law.name, _natural(law.name), law.label(), order[law]))
+        held: dict[Any, int] = {}
+        for container in engine.containers:
+            if not container.name:
+                held[_kind(container)] = held.get(_kind(container), 0) + 1
+        self.shared = [
+            container
+            for container in engine.containers
+            if container.name
+            or held[_kind(container)] > 1
+            or not container.laws
+            or any(len(law.containers) > 1 for law in container.laws)
+        ]
+        self.shared.sort(key=lambda container: (not container.name, _natural(container.name)))
+        self.object_names = Names([(obj.name, "") for obj in self.objects])
+        self.law_names = Names([(law.name, law.label()) for law in self.laws])
+        self.container_names = Names([(container.name, type(container).id) for container in self.shared])
+        self.object_places = {obj: k for k, obj in enumerate(self.objects)}
+        self.law_places = {law: k for k, law in enumerate(self.laws)}
+        for kind, names in (("object", self.object_names), ("law", self.law_names), ("container", self.container_names)):
+            for name, _ in names.rows:
+                if name.startswith("#"):
+                    raise SceneError(f'{kind} {show(name)}: in scene files "#" stands for places, so a name cannot begin with it; rename it')
+            if names.twice:
+                raise SceneError(f"two {kind}s are called {show(names.rows[names.twice[0][0]][0])}; names are unique: rename one")
+        tables: Plain = {"xpheve": VERSION, "up": engine.up, "seed": engine.seed}
+        for key, rows in (
+            ("containers", [self.container(one) for one in self.shared]),
+            ("laws", [self.law(one) for one in self.laws]),
+            ("objects", [self.object(one) for one in self.objects]),
+        ):
+            if rows:
+                tables[key] = rows
+        self.tables = tables
+
+    # Laws and containers
+
+    def law(self, law: PhysicalLaw) -> Plain:
+        label = f"law {show(law.name)} ({law.label()})" if law.name else f"law {law.label()}"
+        self._check_offered("law", law, label)
+        table: Plain = {"id": law.id}
+        if law.name:
+            table["name"] = law.name
+        if not law.enabled:
+            table["enabled"] = False
+        for key, value in law.parameters.items():
+            param = law.params[key]
+            if value is None:
+                if param.default is not None:
+                    if param.kind == "text":
+                        raise SceneError(f"{label}: {key} = None: a scene file cannot say that; set a text")
+                    table[key] = "none"
+            elif value != param.default or _is_finite(value):
+                table[key] = _plain(value, f"{label}: {key}")
+        if isinstance(law, PairLaw) and law.between is not None:
+            table["between"] = [
+                [self._object_called(obj) for obj in side if obj in self.object_places and law in obj.laws]
+                for side in law.between
+            ]
+        table |= self._when(law, label)
+        return table
+
+    def _when(self, law: PhysicalLaw, label: str) -> Plain:
+        """What the table of ``law`` says of its containers; nothing, if they are the law's own default."""
+        if not law.containers:
+            if law.container or law.condition is not None:
+                raise SceneError(f"{label}: it is in no container, so it never acts; put it into one, or remove it")
+            return {}
+        if any(container in self.shared for container in law.containers):
+            words = [self.container_names.called(self.shared.index(one)) for one in law.containers]
+            if not all(words):
+                raise SceneError(f"{label}: its containers cannot be told apart by name; give them names")
+            return {"container": words[0] if len(words) == 1 else words}
+        container = law.containers[0]
+        kind = type(container)
+        table: Plain = {}
+        if kind.id != law.container:
+            if kind is LawContainer and law.container:
+                raise SceneError(f"{label}: it is in a plain container in place of {law.container}; give that container a name")
+            if kind is not LawContainer:
+                self._check_offered("container", container, f"{label}: container {container!r}")
+                table["container"] = kind.id
+        default = kind.condition if kind.condition is not None else law.condition
+        if container.condition is not None and container.condition != default:
+            table["condition"] = self._condition(container.condition, label)
+        return table
+
+    def container(self, container: LawContainer) -> Plain:
+        table: Plain = {}
+        label = f"container {show(container.name)}" if container.name else f"container {container!r}"
+        if container.name:
+            table["name"] = container.name
+        if type(container) is not LawContainer:
+            self._check_offered("container", container, label)
+            table["id"] = container.id
+        if container.condition is not None and container.condition != type(container).condition:
+            table["condition"] = self._condition(container.condition, label)
+        return table
+
+    def _condition(self, condition: Any, label: str) -> Plain:
+        from xpheve.laws import conditions
+
+        kind = type(condition)
+        if getattr(conditions, kind.__name__, None) is not kind:
+            raise SceneError(f"{label}: its condition {condition} is none of xpheve.when, so a scene file cannot say it")
+        table: Plain = {"kind": kind.__name__}
+        for field in fields(condition):
+            value = getattr(condition, field.name)
+            if value == field.default and type(value) is type(field.default):
+                continue
+            if not isinstance(value, (bool, int, float, str)):
+                raise SceneError(f"{label}: {field.name} = {value!r} of its condition: a scene file has numbers and texts only")
+            table[field.name] = float(value) if str(field.type) == "float" else value
+        return table
+
+    def _check_offered(self, kind: str, thing: Any, label: str) -> None:
+        """Raise unless a pack offers the class of ``thing`` under its id, so that a file can name it."""
+        cls = type(thing)
+        if not cls.id:
+            raise SceneError(f"{label}: the class {cls.__qualname__} is of no pack, so that a file cannot name it. {SCRIPT}")
+        try:
+            found = self.engine.registry.find(kind, cls.id)
+        except XpheveError as wrong:
+            raise SceneError(f"{label}: the class {cls.__qualname__} is of no pack that can be found ({wrong}). {SCRIPT}") from None
+        if found is not cls:
+            raise SceneError(
+                f"{label}: its class {cls.__module__}.{cls.__qualname__} is not the one that packs offer under this id, "
+                f"{found.__module__}.{found.__qualname__}; a file would bring back that one. Give it an id of its own"
+            )
+
+    # Objects
+
+    def _object_called(self, obj: PhysicalObject) -> str:
+        return self.object_names.called(self.object_places[obj])
+
+    def object(self, obj: PhysicalObject) -> Plain:
+        label = f"object {show(obj.name)}" if obj.name else f"object {obj!r}"
+        table: Plain = {}
+        if obj.name:
+            table["name"] = obj.name
+        if obj.shape is not None:
+            table["shape"] = self._shape(obj.shape, label)
+        if obj.fixed:
+            table["fixed"] = True
+        mass = obj.mass
+        if not obj.fixed or mass != 1.0:
+            table["mass"] = mass
+        inertia = obj.inertia
+        solid = (0.0, 0.0, 0.0) if obj.shape is None or math.isinf(obj.shape.reach) else obj.shape.inertia(mass)
+        if not _same_bits(inertia, solid):
+            table["inertia"] = list(inertia)
+        still = (0.0, 0.0, 0.0)
+        for name, usual in (
+            ("position", None),
+            ("velocity", still),
+            ("orientation", (1.0, 0.0, 0.0, 0.0)),
+            ("angular_velocity", still),
+        ):
+            value = getattr(obj, name)
+            if usual is None or not _same_bits(value, usual):
+                table[name] = list(value)
+        columns = obj.columns
+        if columns:
+            table["columns"] = {name: columns[name] for name in sorted(columns)}
+        laws = [self.law_places[law] for law in obj.laws if not self._between(law, obj)]
+        if laws:
+            table["laws"] = [self.law_names.called(place) for place in sorted(laws)]
+        forces = [_force(one) for one in self.engine.user_forces(obj)]
+        if forces:
+            table["forces"] = forces
+        for key in ("position", "velocity", "orientation", "angular_velocity", "inertia"):
+            _plain(table.get(key, 0.0), f"{label}: {key}")
+        return table
+
+    def _between(self, law: PhysicalLaw, obj: PhysicalObject) -> bool:
+        return isinstance(law, PairLaw) and law.between is not None and any(obj in side for side in law.between)
+
+    def _shape(self, shape: Any, label: str) -> Plain:
+        from xpheve.scene.build import CORE_SHAPES
+
+        described: Plain = {key: value for key, value in shape.describe().items() if value is not None}
+        if CORE_SHAPES.get(shape.kind) is not type(shape):
+            self._check_offered("shape", shape, f"{label}: shape {shape!r}")
+            described["kind"] = shape.id
+        return {key: _plain(value, f"{label}: shape.{key}") for key, value in described.items()}
+
+
+def _force(force: Any) -> Plain:
+    table: Plain = {"vector": list(force.vector)}
+    if any(force.torque):
+        table["torque"] = list(force.torque)
+    if force.duration != math.inf:
+        table["duration"] = force.duration
+    if force.id is not None:
+        table["id"] = force.id
+    return table
+
+
+def _run(run: Mapping[str, Any]) -> Plain:
+    table: Plain = {}
+    for key in run:
+        if key not in RUN_KEYS:
+            from xpheve.plugins.suggest import did_you_mean
+
+            raise SceneError(f"run has no {key!r}.{did_you_mean(key, RUN_KEYS)} It has: {', '.join(RUN_KEYS)}")
+    for key in RUN_KEYS:
+        if run.get(key) is not None:
+            table[key] = str(run[key]) if key == "record" else _plain(float(run[key]), f"run.{key}")
+    return table
+
+
+def _kind(container: LawContainer) -> tuple[type, Any]:
+    return type(container), container.condition
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """So that ``ball_2`` comes before ``ball_10``."""
+    return [(int(part), "") if part.isdecimal() and part.isascii() else (-1, part) for part in re.split(r"([0-9]+)", name)]
+
+
+def _same_bits(one: Any, other: Any) -> bool:
+    return [x.hex() for x in one] == [x.hex() for x in other]
+
+
+def _is_finite(value: Any) -> bool:
+    numbers = value if isinstance(value, tuple) else (value,)
+    return all(not isinstance(one, float) or math.isfinite(one) for one in numbers)
+
+
+def _plain(value: Any, what: str) -> Any:
+    """``value`` as numbers, texts, lists and tables that a file has; what is not finite is refused."""
+    if isinstance(value, (tuple, list)):
+        return [_plain(one, what) for one in value]
+    if isinstance(value, dict):
+        return {str(key): _plain(one, what) for key, one in value.items()}
+    if isinstance(value, (bool, int, str)):
+        return value
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise SceneError(f"{what} = {value!r}: a scene file has numbers, texts, lists and tables only") from None
+    if not math.isfinite(number):
+        raise SceneError(f"{what} = {value!r}: a scene file has finite numbers only")
+    return number
+
+
+# Text -----------------------------------------------------------------------------------------------------------------
+
+
+def _toml(tables: Plain, time: float) -> str:
+    from xpheve import __version__
+
+    told = "" if time == 0.0 else f" at t = {time!r} s; read again, its time begins at 0"
+    parts = [f"# Written by xPheve {__version__}{told}.\n"]
+    plain = {key: value for key, value in tables.items() if not isinstance(value, (list, dict))}
+    parts.append("".join(f"{_key(key)} = {_inline(value)}\n" for key, value in plain.items()))
+    for key, value in tables.items():
+        for row in [value] if isinstance(value, dict) else value if isinstance(value, list) else ():
+            head = f"[{key}]" if isinstance(value, dict) else f"[[{key}]]"
+            parts.append(head + "\n" + "".join(_line(name, one) for name, one in row.items()))
+    return "\n".join(parts)
+
+
+def _line(name: str, value: Any) -> str:
+    start = f"{_key(name)} = "
+    text = _inline(value)
+    if len(start) + len(text) <= WIDTH or not isinstance(value, list) or not value or isinstance(value[0], float):
+        return f"{start}{text}\n"
+    return start + "[\n" + "".join(f"    {_inline(one)},\n" for one in value) + "]\n"
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _text(name)
+
+
+def _text(value: str) -> str:
+    """As TOML's basic strings: JSON's, but for DEL."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(key)} = {_inline(one)}" for key, one in value.items()) + " }" if value else "{}"
+    return repr(value)
+
+
+def _json(tables: Plain) -> str:
+    """One key a line for tables of objects and laws; their values on the line of their key."""
+    lines = []
+    for key, value in tables.items():
+        if isinstance(value, list):
+            rows = ",\n".join("  {\n" + ",\n".join(f"   {_pair(*pair)}" for pair in row.items()) + "\n  }" for row in value)
+            lines.append(f" {_dump(key)}: [\n{rows}\n ]")
+        else:
+            lines.append(f" {_pair(key, value)}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _pair(key: str, value: Any) -> str:
+    return f"{_dump(key)}: {_dump(value)}"
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

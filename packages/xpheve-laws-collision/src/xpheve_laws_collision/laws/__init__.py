@@ -1,0 +1,1 @@
+"""Collision laws: what touching, approaching bodies do."""

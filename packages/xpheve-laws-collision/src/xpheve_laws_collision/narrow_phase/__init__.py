@@ -1,0 +1,89 @@
+"""Where two shapes touch: one file a pair of shapes, each with its predictors; found by kind, in either order."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+from xpheve.errors import ContactError
+
+Vec = tuple[float, float, float]
+Quat = tuple[float, float, float, float]
+
+TOUCH = 1e-12  # of the sizes: a gap this small is none (design: far above rounding, far below what shows)
+STILL = 1e-14  # of the speeds at hand: slower than this is no approach
+ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves of a gap
+
+
+class Mover(NamedTuple):
+    """One side of a pair at an instant: position [m], velocity [m/s], acceleration [m/s^2] of the centre, orientation, shape."""
+
+    position: Vec
+    velocity: Vec
+    acceleration: Vec
+    orientation: Quat
+    shape: Any
+
+
+class Gap(NamedTuple):
+    """How two shapes stand at an instant: separation [m] and its first and second rate, unit normal from a to b, point [m];
+
+    ``touch`` [m] and ``still`` [m/s] are what counts as none.
+    """
+
+    separation: float
+    speed: float
+    acceleration: float
+    normal: Vec
+    point: Vec
+    touch: float
+    still: float
+
+
+class Family(Protocol):
+    """The geometry of one pair of kinds of shape."""
+
+    rests: bool
+    """Whether one may rest on the other in closed form."""
+
+    def gap(self, a: Mover, b: Mover) -> Gap:
+        """How they stand."""
+        ...
+
+    def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        """Time [s] until they touch and approach, at most ``horizon``; else infinite."""
+        ...
+
+    def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        """Time [s] until a touching or overlapping pair is apart; else infinite."""
+        ...
+
+
+def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
+    """The family of two kinds of shape, and whether it knows them the other way round.
+
+    Raises
+    ------
+    ContactError
+        If no file here knows the pair.
+    """
+    from xpheve_laws_collision.narrow_phase import sphere_plane, sphere_sphere
+
+    families: dict[tuple[str, str], Family] = {
+        ("sphere", "plane"): sphere_plane.SpherePlane(),
+        ("sphere", "sphere"): sphere_sphere.SphereSphere(),
+    }
+    if (kind_a, kind_b) in families:
+        return families[kind_a, kind_b], False
+    if (kind_b, kind_a) in families:
+        return families[kind_b, kind_a], True
+    known = ", ".join(f"{a}-{b}" for a, b in sorted(families))
+    raise ContactError(
+        f"no impact time is known between {kind_a} and {kind_b}; known: {known}. "
+        "Give the object another shape, or do not map both objects to the collision law"
+    )
+
+
+def flipped(gap: Gap) -> Gap:
+    """The same, seen from the other side."""
+    x, y, z = gap.normal
+    return gap._replace(normal=(-x, -y, -z))

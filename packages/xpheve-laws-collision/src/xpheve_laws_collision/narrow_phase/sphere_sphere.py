@@ -1,0 +1,41 @@
+"""Sphere and sphere."""
+
+from __future__ import annotations
+
+from xpheve.kernels.vector import add, dot, norm, scale, sub
+from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere, sphere_sphere_leaves
+from xpheve_laws_collision.narrow_phase import STILL, TOUCH, ULPS, Gap, Mover
+
+
+class SphereSphere:
+    """Two spheres (or points), moving or fixed."""
+
+    rests = False
+
+    def gap(self, a: Mover, b: Mover) -> Gap:
+        d, v, acceleration = _relative(a, b)
+        distance = a.shape.radius + b.shape.radius
+        length = norm(d)
+        normal = scale(d, 1.0 / length) if length > 0.0 else (0.0, 0.0, 1.0)
+        speed = dot(normal, v)
+        across = dot(v, v) - speed * speed
+        bend = across / length if length > 0.0 else 0.0
+        touch = TOUCH * distance + ULPS * (norm(a.position) + norm(b.position))
+        gap = length - distance
+        point = add(a.position, scale(normal, a.shape.radius + 0.5 * gap))
+        still = STILL * (norm(a.velocity) + norm(b.velocity))
+        return Gap(gap, speed, dot(normal, acceleration) + max(bend, 0.0), normal, point, touch, still)
+
+    def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        d, v, acceleration = _relative(a, b)
+        distance = a.shape.radius + b.shape.radius
+        return sphere_sphere(d, v, acceleration, distance, gap.touch, gap.still, horizon)
+
+    def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        d, v, acceleration = _relative(a, b)
+        return sphere_sphere_leaves(d, v, acceleration, a.shape.radius + b.shape.radius, horizon)
+
+
+def _relative(a: Mover, b: Mover) -> tuple[tuple[float, float, float], ...]:
+    """Position, velocity and acceleration of b as seen from a."""
+    return sub(b.position, a.position), sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)

@@ -1,0 +1,764 @@
+"""The contact server: finds impacts through core's queue, answers them in generations, and keeps what rests at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from xpheve.errors import ContactError, LawFailedError
+from xpheve.events import AFTER, IMPACT, Entry
+from xpheve.kernels.clock import NEVER, Instant, elapsed, later
+from xpheve.kernels.vector import Vec
+from xpheve.laws import Contact, Event, Impulse
+from xpheve.laws import conditions as when
+from xpheve.objects import PhysicalObject
+from xpheve.shapes import Plane
+from xpheve.steppers.contract import ContactServer
+from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
+from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
+from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
+
+Pair = tuple[PhysicalObject, PhysicalObject]
+
+SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
+STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
+CLOSE = 1e-7  # [s]
+GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
+POINT = 0.0
+
+
+class _Point:
+    """The shape of an object that has none."""
+
+    kind = "sphere"
+    radius = POINT
+
+
+class Support(NamedTuple):
+    """What an object rests on: the plane, and the unit normal from it outwards."""
+
+    plane: PhysicalObject
+    outward: Vec
+
+
+class ExactServer(ContactServer):
+    """Contacts of spheres, points and planes at their exact instants.
+
+    A pair is open (its closing is predicted), *touching* (in ``touching``), *inside* (overlapping with nobody to answer), collapsing
+    towards rest (in ``collapsing``), or a support (in ``supports``), whose normal coordinate is set and not tested.
+    """
+
+    id: ClassVar[str] = "collision:exact_server"
+
+    def attach(self, world: Any) -> None:
+        self.world = world
+        self.broad_phase = BroadPhase(world)
+        self.touching: dict[Pair, None] = {}
+        self.inside: dict[Pair, None] = {}
+        self.supports: dict[PhysicalObject, Support] = {}
+        self.held: dict[PhysicalObject, None] = {}
+        self.collapsing: dict[Pair, tuple[Instant, int]] = {}
+        self.streaks: dict[PhysicalObject, tuple[int, Instant]] = {}
+        self.impacts = 0
+        self.generations = 0
+        self.predictions = 0
+        self._families: dict[tuple[str, str], tuple[Family, bool]] = {}
+        self._planes: dict[Plane, Plane] = {}
+
+    # Pairs
+
+    def _pair(self, a: PhysicalObject, b: PhysicalObject) -> Pair:
+        return (a, b) if a.rank < b.rank else (b, a)
+
+    def _shape(self, obj: PhysicalObject) -> Any:
+        shape = obj.shape
+        if shape is None:
+            return _Point
+        if isinstance(shape, Plane) and shape.normal is None:
+            if shape not in self._planes:
+                self._planes[shape] = Plane(self.world.up_vector, shape.offset)
+            return self._planes[shape]
+        return shape
+
+    def _family(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Family, bool]:
+        kinds = (self._shape(a).kind, self._shape(b).kind)
+        found = self._families.get(kinds)
+        if found is None:
+            try:
+                found = self._families[kinds] = family_of(*kinds)
+            except ContactError as error:
+                raise ContactError(f"{a!r} and {b!r}: {error}") from None
+        return found
+
+    def _mover(self, obj: PhysicalObject, t: Instant) -> Mover:
+        """``obj`` at ``t``, which is not before its last re-base."""
+        flight = self.world.flight(obj._row)
+        s = elapsed(t, flight.t0)
+        x, v, a = flight.position, flight.velocity, flight.acceleration
+        half = 0.5 * s
+        return Mover(
+            (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2])),
+            (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
+            a,
+            self.world.bodies.get("orientation", obj._row),
+            self._shape(obj),
+        )
+
+    def _gap(self, pair: Pair, t: Instant) -> Gap:
+        a, b = pair
+        family, swapped = self._family(a, b)
+        if swapped:
+            return flipped(family.gap(self._mover(b, t), self._mover(a, t)))
+        return family.gap(self._mover(a, t), self._mover(b, t))
+
+    def _interest(self, pair: Pair) -> Instant | None:
+        """Since when somebody asks for contacts of ``pair``; None if nobody does."""
+        a, b = pair
+        since: Instant | None = None
+        found = self.world.response_law(a, b)
+        if found is not None:
+            since = found[1]
+        for law, mapped in self._heard_laws(a).items():
+            other = self._heard_laws(b).get(law)
+            if other is not None:
+                joint = max(mapped, other)
+                since = joint if since is None else min(since, joint)
+        return since
+
+    def _heard_laws(self, obj: PhysicalObject) -> dict[Any, Instant]:
+        """The laws of ``obj`` that wait for contacts in some container."""
+        return {
+            law: since
+            for law, since in self.world.mapping.laws(obj).items()
+            if law.enabled and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
+        }
+
+    def _partners(self, obj: PhysicalObject) -> list[PhysicalObject]:
+        found: dict[PhysicalObject, None] = {}
+        for law in self._heard_laws(obj):
+            found.update(self.world.mapping.objects(law))
+        found.pop(obj, None)
+        if obj.fixed:
+            return [other for other in found if not other.fixed]
+        return list(found)
+
+    # Prediction
+
+    def refresh(self, rows: Sequence[int]) -> None:
+        world = self.world
+        objects = [world.bodies.objects[row] for row in rows]
+        again = set(objects)
+        for obj in objects:
+            self._recheck_standing(obj)
+        for place, obj in enumerate(objects):
+            self._predict_all(obj, {other for other in objects[:place] if other in again})
+
+    def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
+        partners = [other for other in self._partners(obj) if other not in done and other.rank >= 0]
+        if not partners:
+            return
+        planes = [other for other in partners if other.shape is not None and math.isinf(other.shape.reach)]
+        others = [other for other in partners if other.shape is None or not math.isinf(other.shape.reach)]
+        first = NEVER
+        for other in planes:
+            first = min(first, self._predict(self._pair(obj, other)))
+        if obj.shape is None or not math.isinf(obj.shape.reach):
+            horizon = elapsed(min(first, self.world.flight(obj._row).t1), self.world.bodies.clock_of(obj._row))
+            rows = np.fromiter((other._row for other in others), dtype=np.int64, count=len(others))
+            near = self.broad_phase.near(obj._row, rows, max(horizon, 0.0))
+            objects = self.world.bodies.objects
+            others = [objects[row] for row in near.tolist()]
+        for other in others:
+            self._predict(self._pair(obj, other))
+
+    def _predict(self, pair: Pair) -> Instant:
+        """Queue the next event of ``pair``; returns when it is."""
+        world = self.world
+        a, b = pair
+        since = self._interest(pair)
+        if since is None:
+            self._forget_pair(pair)
+            return NEVER
+        flight_a, flight_b = world.flight(a._row), world.flight(b._row)
+        start = max(flight_a.t0, flight_b.t0, since)
+        end = min(flight_a.t1, flight_b.t1)
+        self.predictions += 1
+        if pair in self.collapsing or self._is_support(pair):
+            return NEVER
+        family, swapped = self._family(a, b)
+        one, two = (b, a) if swapped else (a, b)
+        mover_one, mover_two = self._mover(one, start), self._mover(two, start)
+        gap = family.gap(mover_one, mover_two)
+        horizon = elapsed(end, start)
+        if pair in self.inside:
+            span, act = family.leave_time(mover_one, mover_two, gap, horizon), self._leave
+        else:
+            span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
+        if span == math.inf:
+            return NEVER
+        at = max(later(start, span), world.time)
+        guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
+        world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
+        return at
+
+    def _next_impact(
+        self, pair: Pair, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float
+    ) -> tuple[float, Any]:
+        answered = self.world.response_law(*pair) is not None
+        touching = abs(gap.separation) <= gap.touch
+        if touching and abs(gap.speed) <= gap.still:
+            if pair not in self.touching:
+                return 0.0, self._meet
+            if gap.acceleration < 0.0 and answered and self._loaded(pair, gap):
+                return 0.0, self._settle
+            if gap.acceleration > 0.0 and self._loaded(pair, gap):
+                return 0.0, self._leave
+            return math.inf, self._leave
+        if touching and gap.speed > gap.still and pair in self.touching:
+            return 0.0, self._leave
+        if gap.separation < -gap.touch and not answered and pair not in self.inside:
+            return 0.0, self._meet
+        return family.impact_time(one, two, gap, horizon), self._impact
+
+    def _loaded(self, pair: Pair, gap: Gap) -> bool:
+        """Whether the normal acceleration of a touching pair is more than rounding."""
+        scale = sum(math.hypot(*self.world.flight(obj._row).acceleration) for obj in pair)
+        speeds = sum(math.hypot(*self.world.flight(obj._row).velocity) ** 2 for obj in pair)
+        sizes = sum(getattr(self._shape(obj), "radius", 0.0) for obj in pair)
+        return abs(gap.acceleration) > 1e-13 * (scale + (speeds / sizes if sizes else 0.0))
+
+    def _is_support(self, pair: Pair) -> bool:
+        a, b = pair
+        return any(s in self.supports and self.supports[s].plane is p for s, p in ((a, b), (b, a)))
+
+    def _forget_pair(self, pair: Pair) -> None:
+        self.touching.pop(pair, None)
+        self.inside.pop(pair, None)
+        self.collapsing.pop(pair, None)
+
+    def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
+        for table in (self.touching, self.inside, self.collapsing):
+            for pair in [pair for pair in table if obj in pair]:
+                del table[pair]  # type: ignore[attr-defined]
+        self.supports.pop(obj, None)
+        self.held.pop(obj, None)
+        self.streaks.pop(obj, None)
+        self.broad_phase.forget()
+        for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
+            self._end_support(ball)
+
+    # What stands: supports, what is held, what collapses
+
+    def _recheck_standing(self, obj: PhysicalObject) -> None:
+        """The flight of ``obj`` is new: is it still supported, held, collapsing?"""
+        version = int(self.world.bodies.version[obj._row])
+        for pair, (end, seen) in list(self.collapsing.items()):
+            if obj in pair:
+                mover = pair[0] if pair[1].fixed else pair[1]
+                now = int(self.world.bodies.version[mover._row])
+                if seen < 0:
+                    self.collapsing[pair] = (end, now)
+                    self.world.schedule(end, IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, now),))
+                elif seen != now and mover is obj:
+                    del self.collapsing[pair]
+        if obj in self.held and any(self.world.bodies.get("velocity", obj._row)):
+            self._release(obj)
+        elif obj in self.held:
+            self._hold(obj)
+        if obj in self.supports:
+            self._recheck_support(obj)
+        if obj.fixed:
+            for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
+                self._recheck_support(ball)
+        del version
+
+    def _recheck_support(self, ball: PhysicalObject) -> None:
+        support = self.supports[ball]
+        pair = self._pair(ball, support.plane)
+        flight = self.world.flight(ball._row)
+        gap = self._gap(pair, flight.t0)
+        answered = self.world.response_law(*pair) is not None
+        if not answered or abs(gap.separation) > 10.0 * gap.touch or abs(gap.speed) > gap.still:
+            self._end_support(ball)
+            return
+        self._react(ball, support)
+
+    def _react(self, ball: PhysicalObject, support: Support) -> None:
+        """Renew the reaction on a supported ball: it takes away what presses it onto the plane, and ends when nothing does."""
+        n, world = support.outward, self.world
+        flight = world.flight(ball._row)
+        reaction = self._reaction(ball)
+        press = math.fsum(f * c for f, c in zip(self._force_without(ball), n, strict=True))
+        along = press + math.fsum(r * c for r, c in zip(reaction, n, strict=True))
+        extra = ball.mass * math.fsum(a * c for a, c in zip(flight.acceleration, n, strict=True)) - along
+        size = math.hypot(*self._force_without(ball)) + abs(extra)
+        needed = -(press + (extra if abs(extra) > 1e-12 * size else 0.0))
+        if needed < 0.0:
+            self._end_support(ball)
+            return
+        force = (needed * n[0], needed * n[1], needed * n[2])
+        if max(abs(f - r) for f, r in zip(force, reaction, strict=True)) > 1e-15 * size or not any(reaction):
+            world.put_reaction(ball, self, "support", force)
+
+    def _reaction(self, ball: PhysicalObject) -> Vec:
+        for one in self.world.forces.on(ball):
+            if one.owner is self:
+                found: Vec = one.force.vector
+                return found
+        return (0.0, 0.0, 0.0)
+
+    def _force_without(self, ball: PhysicalObject) -> Vec:
+        """Sum of the stored forces on ``ball`` but for the reaction."""
+        others = [one.force.vector for one in self.world.forces.on(ball) if one.owner is not self]
+        x, y, z = (math.fsum(vector[k] for vector in others) for k in range(3))
+        return x, y, z
+
+    def _end_support(self, ball: PhysicalObject) -> None:
+        """The plane no longer carries ``ball``."""
+        support = self.supports.pop(ball)
+        if ball._row >= 0:
+            self.world.put_reaction(ball, self, "support", None)
+            if support.plane._row >= 0:
+                self.touching[self._pair(ball, support.plane)] = None
+
+    def _settle(self, entries: list[Entry]) -> None:
+        """Touching, still and pressed together: a support, a case that cannot be resolved yet, or held."""
+        for pair in [_pair_of(entry, self) for entry in entries]:
+            self.collapsing.pop(pair, None)
+            self._rest(pair)
+
+    def _rest(self, pair: Pair) -> None:
+        a, b = pair
+        world = self.world
+        family, swapped = self._family(a, b)
+        ball, ground = (b, a) if swapped else (a, b)
+        found = world.response_law(a, b)
+        hold = found is not None and found[0].parameters.get("resting") == "hold"
+        if ball in self.held and (ground in self.held or ground.fixed):
+            return
+        alone = ball not in self.supports and ball not in self.held
+        if not (family.rests and ground.fixed and alone):
+            if not hold:
+                raise ContactError(
+                    f"{a!r} rests on {b!r} at t = {world.time[0]} s, and "
+                    + ("has a second support" if not alone else "only a sphere on one fixed plane can rest in closed form so far")
+                    + '. Set resting="hold" on the collision law to hold such bodies in place'
+                )
+            for obj in pair:
+                if not obj.fixed:
+                    self._hold(obj)
+            return
+        transaction = world.transaction
+        row = transaction.touch(ball)
+        gap = family.gap(self._mover(ball, world.time), self._mover(ground, world.time))
+        position, velocity = put_on(self._mover(ball, world.time), gap)
+        world.bodies.put("position", row, position)
+        world.bodies.put("velocity", row, velocity)
+        n = gap.normal
+        outward = (-n[0] + 0.0, -n[1] + 0.0, -n[2] + 0.0)
+        support = self.supports[ball] = Support(ground, outward)
+        transaction.undo.append(lambda: self.supports.pop(ball, None))
+        began = pair not in self.touching
+        self.touching[pair] = None
+        press = self._force_without(ball)
+        needed = max(-math.fsum(f * c for f, c in zip(press, support.outward, strict=True)), 0.0)
+        world.put_reaction(ball, self, "support", tuple(needed * c for c in support.outward))
+        if began:
+            self._tell(when.ContactBegin, [(pair, gap if not swapped else flipped(gap), 0.0)])
+
+    def _hold(self, obj: PhysicalObject) -> None:
+        """Stop ``obj`` where it is, and cancel what acts on it."""
+        self.held[obj] = None
+        world = self.world
+        with world.instant() as transaction:
+            row = transaction.touch(obj)
+            world.bodies.put("velocity", row, (0.0, 0.0, 0.0))
+            x, y, z = self._force_without(obj)
+            if obj in self.supports:
+                del self.supports[obj]
+                world.put_reaction(obj, self, "support", None)
+            world.put_reaction(obj, self, "hold", (-x + 0.0, -y + 0.0, -z + 0.0))
+
+    def _release(self, obj: PhysicalObject) -> None:
+        del self.held[obj]
+        self.world.put_reaction(obj, self, "hold", None)
+
+    # Meeting and parting
+
+    def _meet(self, entries: list[Entry]) -> None:
+        """Pairs that touch without approaching, or overlap with nobody to answer."""
+        begun = []
+        for pair in [_pair_of(entry, self) for entry in entries]:
+            gap = self._gap(pair, self.world.time)
+            overlapping = gap.separation < -gap.touch and self.world.response_law(*pair) is None
+            table = self.inside if overlapping else self.touching
+            table[pair] = None
+            begun.append((pair, gap, -gap.speed))
+        self._tell(when.ContactBegin, begun)
+        self._again(begun)
+
+    def _leave(self, entries: list[Entry]) -> None:
+        """Pairs that come apart."""
+        ended = []
+        for pair in [_pair_of(entry, self) for entry in entries]:
+            self._forget_pair(pair)
+            gap = self._gap(pair, self.world.time)
+            ended.append((pair, gap, -gap.speed))
+        self._tell(when.ContactEnd, ended)
+        self._again(ended)
+
+    def _again(self, found: list[tuple[Pair, Gap, float]]) -> None:
+        """Predict the pairs anew at the end of the instant, though their flights are the same."""
+        for pair, _, _ in found:
+            self.world.transaction.later.append(lambda pair=pair: self._predict(pair))
+
+    def _tell(self, kind: type[when.Condition], found: list[tuple[Pair, Gap, float]]) -> None:
+        """Fire the containers that wait for ``kind``."""
+        if not found:
+            return
+        world = self.world
+        for container in world.listeners(kind):
+            laws = [law for law in container.laws if law.enabled and not hasattr(law, "respond")]
+            contacts = tuple(
+                _contact(pair, gap, speed)
+                for pair, gap, speed in sorted(found, key=lambda one: (one[0][0].rank, one[0][1].rank))
+                if any(all(law in world.mapping.laws(obj) for obj in pair) for law in laws)
+            )
+            if laws and contacts:
+                objects = world.in_rank_order({obj for one in contacts for obj in (one.body_a, one.body_b)})
+                listening = Event(world.time[0], container.condition, tuple(objects), contacts)
+                world.fire(_Listening(container, laws), listening)
+
+    def host_step(self) -> None:
+        now = self.world.time
+        standing = [pair for pair in (*self.touching, *self.inside) if all(obj._row >= 0 for obj in pair)]
+        found = []
+        for pair in standing:
+            gap = self._gap(pair, now)
+            found.append((pair, gap, -gap.speed))
+        self._tell(when.ContactStay, found)
+
+    # Impacts
+
+    def _impact(self, entries: list[Entry]) -> None:
+        """All impacts of one instant, in generations."""
+        pairs = {_pair_of(entry, self): None for entry in entries}
+        passing = [pair for pair in pairs if self.world.response_law(*pair) is None]
+        if passing:
+            self._pass_through(passing)
+        instant = _Instant(self)
+        instant.solve([pair for pair in pairs if pair not in passing])
+
+    def _pass_through(self, pairs: list[Pair]) -> None:
+        begun = []
+        for pair in pairs:
+            gap = self._gap(pair, self.world.time)
+            self.inside[pair] = None
+            begun.append((pair, gap, -gap.speed))
+        self._tell(when.Impact, begun)
+        self._tell(when.ContactBegin, begun)
+        self._again(begun)
+
+    # Saving and reporting
+
+    def save(self) -> dict[str, Any]:
+        def pairs(table: Any) -> list[list[int]]:
+            return [[a.serial, b.serial] for a, b in table]
+
+        return {
+            "touching": pairs(self.touching),
+            "inside": pairs(self.inside),
+            "supports": [[ball.serial, s.plane.serial, s.outward] for ball, s in self.supports.items()],
+            "held": [obj.serial for obj in self.held],
+            "collapsing": [[a.serial, b.serial, end, seen] for (a, b), (end, seen) in self.collapsing.items()],
+            "streaks": [[obj.serial, count, last] for obj, (count, last) in self.streaks.items()],
+            "counts": [self.impacts, self.generations, self.predictions],
+        }
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        by = {obj.serial: obj for obj in self.world.bodies.objects}
+        self.touching = {(by[a], by[b]): None for a, b in saved["touching"]}
+        self.inside = {(by[a], by[b]): None for a, b in saved["inside"]}
+        self.supports = {by[ball]: Support(by[plane], tuple(n)) for ball, plane, n in saved["supports"]}
+        self.held = {by[serial]: None for serial in saved["held"]}
+        self.collapsing = {}
+        for a, b, end, seen in saved["collapsing"]:
+            pair = (by[a], by[b])
+            mover = pair[0] if pair[1].fixed else pair[1]
+            self.collapsing[pair] = (tuple(end), seen)
+            self.world.schedule(tuple(end), IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, seen),))
+        self.streaks = {by[serial]: (count, tuple(last)) for serial, count, last in saved["streaks"]}
+        self.impacts, self.generations, self.predictions = saved["counts"]
+
+    def report(self) -> dict[str, Any]:
+        return {
+            "impacts": self.impacts,
+            "generations": self.generations,
+            "predictions": self.predictions,
+            "touching": [f"{a.label} - {b.label}" for a, b in self.touching],
+            "supports": [f"{ball.label} on {support.plane.label}" for ball, support in self.supports.items()],
+            "held": [obj.label for obj in self.held],
+        }
+
+
+class _Listening:
+    """A container as `World.fire` sees it, with those of its laws that listen."""
+
+    def __init__(self, container: Any, laws: list[Any]) -> None:
+        self.condition = container.condition
+        self.laws = laws
+        self._container = container
+
+    def __hash__(self) -> int:
+        return hash(self._container)
+
+    def __eq__(self, other: object) -> bool:
+        return self._container is other or (isinstance(other, _Listening) and other._container is self._container)
+
+    def label(self) -> str:
+        return str(self._container.label())
+
+    def enforce_laws(self, event: Event) -> None:
+        self._container.firings += 1
+        for law in self.laws:
+            own = tuple(
+                one for one in event.contacts if law in one.body_a.laws and law in one.body_b.laws
+            )
+            if own:
+                law.enforce(Event(event.time, event.condition, event.objects, own))
+
+
+class _Instant:
+    """The impacts of one instant: velocities of those involved, generation after generation."""
+
+    def __init__(self, server: ExactServer) -> None:
+        self.server = server
+        self.world = server.world
+        self.velocity: dict[PhysicalObject, Vec] = {}
+        self.before: dict[PhysicalObject, Vec] = {}
+        self.gaps: dict[Pair, Gap] = {}
+        self.first: dict[Pair, tuple[Gap, float]] = {}
+        self.restitution: dict[Pair, float] = {}
+
+    def solve(self, pairs: list[Pair]) -> None:
+        """Until no touching pair approaches; then write, and see what has come apart or to rest."""
+        pairs = [pair for pair in pairs if self._approach(pair) > 0.0]
+        while pairs:
+            self.server.generations += 1
+            self._generation(sorted(pairs, key=lambda pair: (pair[0].rank, pair[1].rank)))
+            moved = {obj for pair in pairs for obj in pair if not obj.fixed}
+            pairs = [pair for pair in self._around(moved, pairs) if self._approach(pair) > 0.0]
+            if self.server.generations > GENERATIONS and len(self.first) and self._endless():
+                raise ContactError(
+                    f"impacts at t = {self.world.time[0]} s do not end: "
+                    + ", ".join(f"{a.label} - {b.label}" for a, b in pairs[:4])
+                )
+        self._write()
+
+    def _endless(self) -> bool:
+        self.rounds = getattr(self, "rounds", 0) + 1
+        return self.rounds > GENERATIONS
+
+    def _around(self, moved: set[PhysicalObject], pairs: list[Pair]) -> list[Pair]:
+        """The touching pairs of bodies whose velocity changed."""
+        found = dict.fromkeys(pairs)
+        found.update({pair: None for pair in self.first})
+        for pair in self.server.touching:
+            if (pair[0] in moved or pair[1] in moved) and self.world.response_law(*pair) is not None:
+                found[pair] = None
+        return list(found)
+
+    def _gap(self, pair: Pair) -> Gap:
+        if pair not in self.gaps:
+            self.gaps[pair] = self.server._gap(pair, self.world.time)
+        return self.gaps[pair]
+
+    def _velocity(self, obj: PhysicalObject) -> Vec:
+        if obj not in self.velocity:
+            found = self.world.read_row(obj._row, "velocity")
+            self.velocity[obj] = self.before[obj] = found
+        return self.velocity[obj]
+
+    def _separation_speed(self, pair: Pair) -> float:
+        n = self._gap(pair).normal
+        u, v = self._velocity(pair[0]), self._velocity(pair[1])
+        return math.fsum(c * (q - p) for c, p, q in zip(n, u, v, strict=True))
+
+    def _approach(self, pair: Pair) -> float:
+        """Approach speed [m/s]; 0 if it is none."""
+        speed = -self._separation_speed(pair)
+        size = math.hypot(*self._velocity(pair[0])) + math.hypot(*self._velocity(pair[1]))
+        return speed if speed > 1e-14 * size else 0.0
+
+    def _generation(self, pairs: list[Pair]) -> None:
+        """Solve the pairs that touch and approach now, together."""
+        bodies = list({obj: None for pair in pairs for obj in pair})
+        place = {obj: k for k, obj in enumerate(bodies)}
+        indices = [(place[a], place[b]) for a, b in pairs]
+        velocities = [self._velocity(obj) for obj in bodies]
+        inverse = [0.0 if obj.fixed else 1.0 / obj.mass for obj in bodies]
+        normals = [self._gap(pair).normal for pair in pairs]
+        answered: list[int] = []
+        taken: list[tuple[int, Impulse]] = []
+        restitutions: list[float] = []
+        for k, pair in enumerate(pairs):
+            approach = self._approach(pair)
+            answer = self._ask(pair, approach)
+            if isinstance(answer, Impulse):
+                taken.append((k, answer))
+                continue
+            self.restitution[pair] = answer / approach
+            answered.append(k)
+            restitutions.append(answer / approach)
+        some = [indices[k] for k in answered]
+        along = [normals[k] for k in answered]
+        targets = wanted_speeds(some, along, velocities, restitutions)
+        impulses = solve_generation(some, inverse, along, velocities, targets)
+        before = [self._separation_speed(pairs[k]) for k in answered]
+        for obj, velocity in zip(bodies, apply(some, along, impulses, inverse, velocities), strict=True):
+            self.velocity[obj] = velocity
+        for k, impulse, speed in zip(answered, impulses, before, strict=True):
+            pair = pairs[k]
+            work = 0.5 * float(impulse) * (speed + self._separation_speed(pair))
+            law = self.world.response_law(*pair)[0]
+            if self.restitution[pair] < 1.0:
+                self.world.add_work(law.label(), work)
+                self._count_streak(pair)
+            self.server.impacts += 1
+        for k, answer in taken:
+            self._take_over(pairs[k], answer)
+
+    def _ask(self, pair: Pair, approach: float) -> float | Impulse:
+        law = self.world.response_law(*pair)[0]
+        gap = self._gap(pair)
+        if pair not in self.first:
+            self.first[pair] = (gap, approach)
+        law.evaluations += 1
+        try:
+            answer = law.respond(_contact(pair, gap, approach))
+        except Exception as error:
+            raise LawFailedError(
+                f"{law.label()}.respond raised {type(error).__name__}: {error}; at t = {self.world.time[0]} s "
+                f"for {pair[0].label} and {pair[1].label}. The engine stands just before that impact"
+            ) from error
+        if isinstance(answer, Impulse):
+            return answer
+        if not (isinstance(answer, (int, float)) and 0.0 <= answer < math.inf):
+            raise LawFailedError(
+                f"{law.label()}.respond gave {answer!r} for {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s: "
+                "a separation speed from 0 m/s up, or an Impulse, is needed"
+            )
+        return float(answer)
+
+    def _take_over(self, pair: Pair, impulse: Impulse) -> None:
+        """An impulse that a law gave itself; kinetic energy before and after says its work."""
+        law = self.world.response_law(*pair)[0]
+        before = math.fsum(_kinetic(obj, self._velocity(obj)) for obj in pair)
+        for obj, sign in ((pair[0], -1.0), (pair[1], 1.0)):
+            if not obj.fixed:
+                u, j = self._velocity(obj), impulse.vector
+                share = sign / obj.mass
+                self.velocity[obj] = (u[0] + share * j[0], u[1] + share * j[1], u[2] + share * j[2])
+        self.world.add_work(law.label(), math.fsum(_kinetic(obj, self._velocity(obj)) for obj in pair) - before)
+        self.server.impacts += 1
+        if self._approach(pair) > 0.0:
+            raise LawFailedError(
+                f"{law.label()}.respond took over the impact of {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s "
+                f"with {impulse.vector} N s, and they still approach: give an impulse on body_b along the normal that parts them"
+            )
+
+    def _count_streak(self, pair: Pair) -> None:
+        """Count dissipative impacts that follow each other closely; too many are a collapse that nothing here can end."""
+        now = self.world.time
+        law = self.world.response_law(*pair)[0]
+        for obj in pair:
+            if obj.fixed:
+                continue
+            count, last = self.server.streaks.get(obj, (0, NEVER))
+            count = count + 1 if last != NEVER and elapsed(now, last) < CLOSE else 1
+            self.server.streaks[obj] = (count, now)
+            if count > STREAK:
+                if law.parameters.get("resting") != "hold":
+                    raise ContactError(
+                        f"{obj!r} bounces ever faster at t = {now[0]} s (last between {pair[0].label} and {pair[1].label}): "
+                        'a collapse that is known in closed form only for a sphere on a plane. Set resting="hold" on the collision law'
+                    )
+                self.world.transaction.later.append(lambda obj=obj: self.server._hold(obj))
+
+    def _write(self) -> None:
+        world, server = self.world, self.server
+        transaction = world.transaction
+        for obj in world.in_rank_order(self.velocity):
+            velocity = self.velocity[obj]
+            if not obj.fixed and velocity != self.before[obj]:
+                row = transaction.touch(obj)
+                world.bodies.put("velocity", row, [component + 0.0 for component in velocity])
+                transaction.forced.add(obj)
+        ended: list[tuple[Pair, Gap, float]] = []
+        begun = [(pair, gap, speed) for pair, (gap, speed) in self.first.items() if pair not in server.touching]
+        for pair, (gap, _) in self.first.items():
+            server.touching[pair] = None
+            speed = self._separation_speed(pair)
+            if speed > 1e-14 * (math.hypot(*self._velocity(pair[0])) + math.hypot(*self._velocity(pair[1]))):
+                del server.touching[pair]
+                ended.append((pair, gap, -speed))
+                self._maybe_collapse(pair, gap, speed)
+        heard = [(pair, gap, speed) for pair, (gap, speed) in self.first.items()]
+        server._tell(when.Impact, heard)
+        server._tell(when.ContactBegin, begun)
+        if ended and world.listeners(when.ContactEnd):
+            now = world.time
+            world.schedule(now, AFTER, (min(p[0].rank for p, _, _ in ended),), _Parting(server, ended))
+
+    def _maybe_collapse(self, pair: Pair, gap: Gap, speed: float) -> None:
+        """End the bounces of a sphere on a plane in closed form once they have become too short to tell apart.
+
+        The next flight lasts 2 v / a and each one after that e times its predecessor: together 2 v / (a (1 - e)).
+        """
+        family, swapped = self.server._family(*pair)
+        ball = pair[1] if swapped else pair[0]
+        restitution = self.restitution.get(pair, 1.0)
+        if not family.rests or restitution >= 1.0 or gap.acceleration >= 0.0 or ball in self.server.supports:
+            return
+        flight = -2.0 * speed / gap.acceleration
+        if flight < SHORTEST_FLIGHT:
+            end = later(self.world.time, flight / (1.0 - restitution))
+            self.server.collapsing[pair] = (end, -1)
+
+
+class _Parting:
+    """Pairs that came apart in an impact, told in the last stage of the instant."""
+
+    def __init__(self, server: ExactServer, ended: list[tuple[Pair, Gap, float]]) -> None:
+        self.server, self.ended = server, ended
+
+    def __call__(self, entries: list[Entry]) -> None:
+        self.server._tell(when.ContactEnd, self.ended)
+
+
+def _pair_of(entry: Entry, server: ExactServer) -> Pair:
+    """The pair that an entry was predicted for."""
+    ranks = entry.rank
+    objects = {obj.rank: obj for obj, _ in entry.guards}
+    if len(objects) == 2:
+        return objects[ranks[0]], objects[ranks[1]]
+    known = next(iter(objects.values()))
+    for pair in server.collapsing:
+        if known in pair and (pair[0].rank, pair[1].rank) == ranks:
+            return pair
+    raise ContactError(f"no pair has the ranks {ranks}")
+
+
+def _contact(pair: Pair, gap: Gap, approach: float) -> Contact:
+    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach)
+
+
+def _kinetic(obj: PhysicalObject, velocity: Vec) -> float:
+    return 0.0 if obj.fixed else 0.5 * obj.mass * math.fsum(c * c for c in velocity)
+
+
+__all__ = ["ExactServer"]
