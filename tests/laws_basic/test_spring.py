@@ -52,7 +52,7 @@ def test_the_force_of_a_spring_of_no_length_is_finite(view: Any, rest: float, le
 
 
 def pair(dt: float) -> tuple[Any, Any]:
-    """Return engine and the lighter of two bodies, 1 and 3 kg, on a spring (omega = 2/s) from 0.5 m of stretch, at 1 s."""
+    """Return engine and lighter one of bodies of 1 and 3 kg after 1 s on a spring (omega = 2/s) stretched by 0.5 m."""
     engine = xp.PhysicsEngine(up="z")
     law = engine.add_law("basic:spring", stiffness=3.0, rest_length=1.0)
     light = engine.add_object(xp.PhysicalObject(mass=1.0), laws=[law])

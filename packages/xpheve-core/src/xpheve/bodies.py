@@ -134,18 +134,42 @@ class BodiesView:
     extra columns by name, (n,). Values are computed when asked for and kept until time or state moves on.
     """
 
-    __slots__ = ("_bodies", "_held", "_key", "_reader")
+    __slots__ = ("_bodies", "_held", "_now", "_reader")
 
-    def __init__(self, bodies: Callable[[], Bodies], reader: Callable[[str, Array | None], Array]) -> None:
+    def __init__(
+        self, bodies: Callable[[], Bodies], now: Callable[[], Any], reader: Callable[[str, Array | None], Array]
+    ) -> None:
         self._bodies = bodies
+        self._now = now
         self._reader = reader
         self._held: dict[str, tuple[Any, Array, Array]] = {}
 
     def __len__(self) -> int:
         return self._bodies().count
 
-    def read(self, name: str, key: Any) -> Array:
-        """Column ``name`` at the time that ``key`` stands for; buffers that nobody else holds are used again."""
+    @property
+    def position(self) -> Array:
+        """Position [m] of the centre of mass, shape (n, 3)."""
+        return self._read("position")
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity [m/s] of the centre of mass, shape (n, 3)."""
+        return self._read("velocity")
+
+    @property
+    def orientation(self) -> Array:
+        """Quaternion (w, x, y, z), body to world, shape (n, 4)."""
+        return self._read("orientation")
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Angular velocity [rad/s], world frame, shape (n, 3)."""
+        return self._read("angular_velocity")
+
+    def _read(self, name: str) -> Array:
+        """Column ``name`` at the present time; kept until time or state moves on, in buffers that nobody else holds."""
+        key = self._now()
         held = self._held.pop(name, None)
         spare = None
         if held is not None:

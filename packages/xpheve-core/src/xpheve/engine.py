@@ -76,7 +76,7 @@ class PhysicsEngine:
         self._started = False
         self._running = False
         self._authored: Any = None
-        self._view = BodiesView(lambda: self._world.bodies, self._read_column)
+        self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column)
         self._renew(World(up, seed, self._all_steppers))
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
@@ -768,6 +768,11 @@ class PhysicsEngine:
 
     # Looking
 
+    def _now(self) -> Any:
+        """What `bodies` depends on."""
+        world = self._world
+        return id(world), world.time, world.bodies.change
+
     def _read_column(self, name: str, spare: Any) -> Any:
         return self._world.read_all(name, self._world.time, spare)
 
@@ -848,7 +853,7 @@ class PhysicsEngine:
         """Everything that a run depends on, as bytes, and in a file if ``path`` is given (written aside, then renamed)."""
         from xpheve.record.checkpoint import pack, write
 
-        data = pack(self._save().portable())
+        data = pack(self._save().portable(self._authored))
         if path is not None:
             write(Path(path), data)
         return data
@@ -878,15 +883,13 @@ class PhysicsEngine:
 
         return revive(cls, unpack(checkpoint), laws, containers, registry)
 
-    def copy(self) -> PhysicsEngine:
+    def copy(self) -> Any:
         """An engine of its own in the same state, with copies of all objects and laws (same order, names, serial numbers)."""
         from xpheve.plan.saved import revive
 
         laws = [type(law) for law in self._world.laws]
         containers = [type(container) for container in self._world.containers]
-        twin = revive(type(self), self._save().portable(), laws, containers, self._registry)
-        twin._authored = self._authored.portable_twin(twin) if self._authored is not None else None
-        return twin
+        return revive(type(self), self._save().portable(self._authored), laws, containers, self._registry)
 
     def save_scene(self, path: str | os.PathLike[str]) -> None:
         """Write the scene as a TOML or JSON file, by the ending of ``path``."""

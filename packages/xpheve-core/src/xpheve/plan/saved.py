@@ -46,13 +46,17 @@ class Saved:
         self.header, self.arrays = header, arrays
         self.objects, self.laws, self.containers = objects, laws, containers
 
-    def portable(self) -> tuple[Header, Arrays]:
-        """Without live handles; raises `RecordError` if something in it cannot be written."""
+    def portable(self, authored: Saved | None = None) -> tuple[Header, Arrays]:
+        """Without live handles, and with the state that `reset` goes back to; raises `RecordError` if something cannot be written."""
+        header, arrays = dict(self.header), dict(self.arrays)
+        if authored is not None:
+            header["authored"] = authored.header
+            arrays |= {f"authored.{name}": array for name, array in authored.arrays.items()}
         try:
-            json.dumps(self.header)
+            json.dumps(header)
         except (TypeError, ValueError) as error:
             raise RecordError(f"the scene holds something that cannot be saved ({error}): post plain values only") from None
-        return self.header, self.arrays
+        return header, arrays
 
 
 def save(world: World, started: bool) -> Saved:
@@ -75,7 +79,7 @@ def save(world: World, started: bool) -> Saved:
         "grid": world.grid,
         "posts": world.posts,
         "events": world.events,
-        "work": world.work,
+        "work": dict(world.work),
         "settings": dataclasses.asdict(world.settings),
         "dirty": world.dirty,
         "unplanned": [obj.serial for obj in world.unplanned],
@@ -221,6 +225,18 @@ def revive(
     objects = [_revive_object(entry, arrays, row) for row, entry in enumerate(header["objects"])]
     _build(engine, header, arrays, objects, made_laws, made_containers)
     engine._started = header["started"]
+    if header.get("authored"):
+        first = header["authored"]
+        of_first = {name.removeprefix("authored."): array for name, array in arrays.items() if name.startswith("authored.")}
+        serials = {obj.serial: obj for obj in objects}
+        known = {entry["serial"]: law for entry, law in zip(header["laws"], made_laws, strict=True)}
+        engine._authored = Saved(
+            first,
+            of_first,
+            [serials.get(entry["serial"]) or _revive_object(entry, of_first, k) for k, entry in enumerate(first["objects"])],
+            [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]],
+            [_revive_container(engine, entry, local_containers) for entry in first["containers"]],
+        )
     return engine
 
 
@@ -262,8 +278,8 @@ def _revive_object(entry: Header, arrays: Arrays, row: int) -> PhysicalObject:
         kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
         shape = kinds[described.pop("kind")](**described)
     values = {name: arrays[f"bodies.{name}"][:, row].tolist() for name in FIELDS}
-    obj = PhysicalObject(shape, name=entry["name"], **entry["columns"])
-    obj.fixed = bool(arrays["row.fixed"][row])
+    fixed = bool(arrays["row.fixed"][row])
+    obj = PhysicalObject(shape, name=entry["name"], fixed=fixed, **entry["columns"])
     obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
     return obj
 
