@@ -134,7 +134,7 @@ class BodiesView:
     extra columns by name, (n,). Values are computed when asked for and kept until time or state moves on.
     """
 
-    __slots__ = ("_bodies", "_held", "_now", "_reader")
+    __slots__ = ("_bodies", "_held", "_now", "_pool", "_reader")
 
     def __init__(
         self, bodies: Callable[[], Bodies], now: Callable[[], Any], reader: Callable[[str, Array | None], Array]
@@ -142,7 +142,8 @@ class BodiesView:
         self._bodies = bodies
         self._now = now
         self._reader = reader
-        self._held: dict[str, tuple[Any, Array, Array]] = {}
+        self._held: dict[str, tuple[Any, Array]] = {}
+        self._pool: dict[str, list[Array]] = {}
 
     def __len__(self) -> int:
         return self._bodies().count
@@ -170,23 +171,29 @@ class BodiesView:
     def _read(self, name: str) -> Array:
         """Column ``name`` at the present time; kept until time or state moves on, in buffers that nobody else holds."""
         key = self._now()
-        held = self._held.pop(name, None)
-        spare = None
-        if held is not None:
-            if held[0] == key:
-                self._held[name] = held
-                return held[2]
-            _, owner, view = held
-            del held
-            # 2 references: ours and the argument; the view itself holds one more of its owner.
-            if sys.getrefcount(view) == 2 and sys.getrefcount(owner) == 3:
-                spare = owner
-            del view, owner
-        owner = self._reader(name, spare)
+        held = self._held.get(name)
+        if held is not None and held[0] == key:
+            return held[1]
+        owner = self._reader(name, self._spare(name))
         view = owner.T
         view.flags.writeable = False
-        self._held[name] = (key, owner, view)
+        self._held[name] = (key, view)
         return view
+
+    def _spare(self, name: str) -> Array | None:
+        """A buffer of column ``name`` that nobody looks at any more, or None. Two are kept, as one is often still held."""
+        pool = self._pool.setdefault(name, [])
+        current = self._held.pop(name, None)
+        if current is not None:
+            pool.append(current[1])
+            del current
+        for k in range(len(pool)):
+            # The view: the pool's reference and the argument. Its owner: the view's reference and the argument.
+            if sys.getrefcount(pool[k]) == 2 and sys.getrefcount(pool[k].base) == 2:
+                found: Array = pool.pop(k).base  # type: ignore[assignment]
+                return found
+        del pool[:-1]
+        return None
 
     @property
     def mass(self) -> Array:

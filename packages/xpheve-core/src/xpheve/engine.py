@@ -202,6 +202,7 @@ class PhysicsEngine:
             holder.add_law(made)
         world.laws[made] = serial
         made.engine = self
+        world.structure += 1
         world.dirty = True
         if isinstance(made, PairLaw) and made.between is not None:
             for obj in {obj: None for side in made.between for obj in side}:
@@ -259,6 +260,7 @@ class PhysicsEngine:
         if container.condition is not None and container.condition.served_by == "contacts":
             self._serve_contacts()
         container.engine = self
+        world.structure += 1
         world.containers.append(container)
         world.dirty = True
         for law in container.laws:

@@ -1,4 +1,7 @@
-"""Which pairs may touch: a filter that leaves out only those that cannot."""
+"""Which pairs may touch before a given time: only those are asked for their exact instant.
+
+Nothing here decides an outcome: a pair that is named too often costs a prediction, and none that may meet is left out.
+"""
 
 from __future__ import annotations
 
@@ -7,58 +10,126 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from xpheve.kernels.clock import Instant
+
 Rows = NDArray[np.int64]
+Array = NDArray[np.float64]
+
 SLACK = 1e-9  # of all lengths at hand: far above the rounding of the filter, far below what it could cost
-FEW = 12  # below this many, asking each is quicker than filtering
+MANY = 48  # from this many moving bodies on, pairs are found window by window
+PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
 class BroadPhase:
-    """Leaves out partners that a sphere flying on as it does cannot reach before a horizon.
-
-    All flights are parabolas; with the same acceleration two approach along a straight line, so that the closest approach is known.
-    """
+    """Rows that somebody asks contacts of, and where they may get to while they fly on as they do (all along parabolas)."""
 
     def __init__(self, world: Any) -> None:
         self.world = world
-        self._at = -1
-        self._acceleration: NDArray[np.float64] = np.zeros((3, 0))
-        self._radius: NDArray[np.float64] = np.zeros(0)
+        self._structure = -1
+        self._change = -1
+        self._numbers: dict[Any, int] = {}
+        self._stale = True
+        self._rows: Rows = np.zeros(0, dtype=np.int64)
+        self.planes: list[Any] = []
+        """Unbounded bodies with contact laws."""
+        self._moving = 0
+        self._mask: NDArray[np.uint64] = np.zeros(0, dtype=np.uint64)
+        """By row: the laws that hear contacts, a bit each; 0 where there are none."""
+        self._bounded: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self._radius: Array = np.zeros(0)
+        self._acceleration: Array = np.zeros((3, 0))
 
-    def _refresh(self) -> bool:
-        """Gather accelerations and radii anew if rows changed; False if a stepper's flights are not known here."""
+    def gather(self, laws_of: Any, rows: Any) -> None:
+        """Take up what ``rows`` hold; all rows if laws, containers or mapping changed. ``laws_of(obj)`` are those that hear contacts."""
+        world = self.world
+        if len(self._mask) < world.bodies.count:
+            size = world.bodies.capacity
+            self._mask, self._bounded, self._radius = (
+                np.concatenate([old, np.zeros(size - len(old), dtype=old.dtype)])
+                for old in (self._mask, self._bounded, self._radius)
+            )
+        if self._structure != world.structure:
+            self._structure = world.structure
+            self._numbers, self.planes = {}, []
+            self._mask[:] = 0
+            rows = range(world.bodies.count)
+        objects = world.bodies.objects
+        for row in rows:
+            self._take(row, objects[row], laws_of)
+
+    def _take(self, row: int, obj: Any, laws_of: Any) -> None:
+        mask = 0
+        if obj.rank >= 0:
+            for law in laws_of(obj):
+                mask |= 1 << (self._numbers.setdefault(law, len(self._numbers)) % 63)
+        bounded = obj.shape is None or obj.shape.reach < np.inf
+        radius = 0.0 if obj.shape is None or not bounded else obj.shape.reach
+        if mask and not bounded and obj not in self.planes:
+            self.planes.append(obj)
+        if mask != self._mask[row] or bounded != self._bounded[row]:
+            self._stale = True
+        self._mask[row], self._bounded[row], self._radius[row] = mask, bounded, radius
+
+    def removed(self, obj: Any, row: int, moved: int) -> None:
+        """Row ``row`` has what row ``moved`` had."""
+        if moved < len(self._mask):
+            for array in (self._mask, self._bounded, self._radius):
+                array[row] = array[moved]
+            self._mask[moved] = 0
+        self.planes = [plane for plane in self.planes if plane is not obj]
+        self._stale = True
+        self._change = -1
+
+    @property
+    def rows(self) -> Rows:
+        """Bounded bodies with contact laws."""
+        if self._stale:
+            n = self.world.bodies.count
+            self._rows = np.flatnonzero((self._mask[:n] != 0) & self._bounded[:n])
+            self._moving = int((~self.world.bodies.fixed[self._rows]).sum())
+            self._stale = False
+        return self._rows
+
+    @property
+    def moving(self) -> int:
+        """How many of them move."""
+        return self._moving if len(self.rows) else 0
+
+    def _flights(self) -> bool:
+        """Gather accelerations anew if rows changed; False if a stepper's flights are not known as arrays."""
         bodies = self.world.bodies
-        if self._at == bodies.change:
+        if self._change == bodies.change and self._acceleration.shape[1] == bodies.count:
             return True
-        n = bodies.count
-        if len(self._radius) != n:
-            self._radius = np.array([_reach(obj) for obj in bodies.objects])
-        self._acceleration = np.zeros((3, n))
+        self._acceleration = np.zeros((3, bodies.count))
         for batch in self.world.batches:
             if batch.state.count:
                 if "acceleration" not in batch.state.arrays:
                     return False
                 self._acceleration[:, batch.state.rows] = batch.state.arrays["acceleration"]
-        self._at = bodies.change
+        self._change = bodies.change
         return True
 
-    def forget(self) -> None:
-        """Rows came or went."""
-        self._at, self._radius = -1, np.zeros(0)
+    def _at(self, rows: Rows, t: Instant) -> tuple[Array, Array, Array]:
+        """Positions, velocities and accelerations of ``rows`` at ``t``, (3, rows)."""
+        bodies = self.world.bodies
+        s = (t[0] - bodies.clock[0, rows]) + (t[1] - bodies.clock[1, rows])
+        x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], self._acceleration[:, rows]
+        return x + s * (v + 0.5 * s * a), v + s * a, a
 
-    def near(self, row: int, partners: Rows, horizon: float) -> Rows:
-        """Those of ``partners`` that ``row`` may meet within ``horizon`` [s] after its last re-base."""
-        if len(partners) < FEW or not self._refresh():
+    def near(self, row: int, horizon: float) -> Rows:
+        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base."""
+        partners = self.rows[(self._mask[self.rows] & self._mask[row]) != 0]
+        if self.world.bodies.fixed[row]:
+            partners = partners[~self.world.bodies.fixed[partners]]
+        partners = partners[partners != row]
+        if len(partners) < 12 or not self._flights():
             return partners
         bodies = self.world.bodies
         base, offset = bodies.clock[0], bodies.clock[1]
         ahead = np.maximum((base[partners] - base[row]) + (offset[partners] - offset[row]), 0.0)
         behind = np.maximum((base[row] - base[partners]) + (offset[row] - offset[partners]), 0.0)
-        gap2 = np.zeros(len(partners))
-        closing = np.zeros(len(partners))
-        speed2 = np.zeros(len(partners))
-        bend2 = np.zeros(len(partners))
-        size2 = np.zeros(len(partners))
         x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration
+        gap2, closing, speed2, bend2, size = np.zeros((5, len(partners)))
         for k in range(3):
             own = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
             other = x[k, partners] + behind * (v[k, partners] + 0.5 * behind * a[k, partners])
@@ -68,12 +139,11 @@ class BroadPhase:
             closing -= d * w
             speed2 += w * w
             bend2 += (a[k, partners] - a[k, row]) ** 2
-            size2 = np.maximum(size2, np.maximum(np.abs(own), np.abs(other)))
-        if horizon == np.inf:
-            reach = np.where(bend2 > 0.0, np.inf, 0.0)
-        else:
-            reach = 0.5 * np.sqrt(bend2) * horizon * horizon
-        reach = reach + self._radius[row] + self._radius[partners] + SLACK * (1.0 + size2)
+            size = np.maximum(size, np.maximum(np.abs(own), np.abs(other)))
+        reach = self._radius[row] + self._radius[partners] + SLACK * (1e-3 * size + self._radius[partners])
+        bent = bend2 > 0.0
+        if bent.any():
+            reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
         with np.errstate(divide="ignore", invalid="ignore"):
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
@@ -81,7 +151,90 @@ class BroadPhase:
         found: Rows = partners[~far]
         return found
 
+    def window(self) -> float:
+        """A length [s] of time in which bodies fly a part of the way to their neighbours."""
+        if not self._flights() or not len(self.rows):
+            return np.inf
+        x, v, a = self._at(self.rows, self.world.time)
+        moving = ~self.world.bodies.fixed[self.rows]
+        extent = np.ptp(x, axis=1)
+        spread = np.maximum(extent, extent.max() * 1e-3)
+        spacing = PART * max(float(np.prod(spread / len(self.rows) ** (1 / 3)) ** (1 / 3)), float(self._radius.max()))
+        speed, bend = (
+            float(np.sqrt(((one[:, moving] - one[:, moving].mean(axis=1, keepdims=True)) ** 2).sum(axis=0).mean()))
+            for one in (v, a)
+        )
+        times = [spacing / speed if speed else np.inf, np.sqrt(2 * spacing / bend) if bend else np.inf]
+        falling = [float(np.sqrt((one[:, moving] ** 2).sum(axis=0).mean())) for one in (v, a)]
+        if self.planes:
+            times += [8 * spacing / falling[0] if falling[0] else np.inf]
+            times += [np.sqrt(16 * spacing / falling[1]) if falling[1] else np.inf]
+        return min(times)
 
-def _reach(obj: Any) -> float:
-    reach = 0.0 if obj.shape is None else obj.shape.reach
-    return reach if np.isfinite(reach) else 1e300
+    def sweep(self, span: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]] | None:
+        """Pairs of bounded rows, and pairs of a row and a number of a plane, that may touch within ``span`` [s] from now.
+
+        Boxes about the paths, seen from the mean motion (which changes no pair's relative motion), sorted along one axis.
+        """
+        if not self._flights():
+            return None
+        rows = self.rows
+        x, v, a = self._at(rows, self.world.time)
+        moving = ~self.world.bodies.fixed[rows]
+        pairs_of_planes = self._near_planes(x, v, a, moving, span)
+        if moving.all():
+            v = v - v.mean(axis=1, keepdims=True)
+            a = a - a.mean(axis=1, keepdims=True)
+        low, high = _bounds(x, v, a, span)
+        margin = self._radius[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+        low, high = low - margin, high + margin
+        k = int(np.argmax((low + high).std(axis=1) / np.maximum((high - low).mean(axis=1), 1e-300)))
+        order = np.argsort(low[k], kind="stable")
+        low, high, moving, rows = low[:, order], high[:, order], moving[order], rows[order]
+        last = np.searchsorted(low[k], high[k], side="right")
+        counts = np.maximum(last - np.arange(len(rows)) - 1, 0)
+        found: list[tuple[int, int]] = []
+        for begin in range(0, len(rows), 2048):
+            part = slice(begin, min(begin + 2048, len(rows)))
+            first = np.repeat(np.arange(part.start, part.stop), counts[part])
+            if not len(first):
+                continue
+            starts = np.repeat(np.cumsum(counts[part]) - counts[part], counts[part])
+            second = first + 1 + (np.arange(len(first)) - starts)
+            keep = moving[first] | moving[second]
+            for axis in range(3):
+                if axis != k:
+                    keep &= (low[axis, first] <= high[axis, second]) & (low[axis, second] <= high[axis, first])
+            i, j = rows[first[keep]], rows[second[keep]]
+            joint = (self._mask[i] & self._mask[j]) != 0
+            found += zip(i[joint].tolist(), j[joint].tolist(), strict=True)
+        return found, pairs_of_planes
+
+    def _near_planes(self, x: Array, v: Array, a: Array, moving: Any, span: float) -> list[tuple[int, int]]:
+        found: list[tuple[int, int]] = []
+        for number, plane in enumerate(self.planes):
+            normal, level = _plane(self.world, plane)
+            low, _ = _bounds(*((normal @ one)[None, :] for one in (x, v, a)), span)
+            reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+            joint = (self._mask[self.rows] & self._mask[plane._row]) != 0
+            found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
+        return found
+
+
+def _bounds(x: Array, v: Array, a: Array, span: float) -> tuple[Array, Array]:
+    """Least and greatest x + s v + s^2 a / 2 for s from 0 to ``span``."""
+    end = x + span * (v + 0.5 * span * a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.clip(np.where(a != 0.0, -v / a, 0.0), 0.0, span)
+    extreme = x + turn * (v + 0.5 * turn * a)
+    return np.minimum(np.minimum(x, end), extreme), np.maximum(np.maximum(x, end), extreme)
+
+
+def _plane(world: Any, plane: Any) -> tuple[Array, float]:
+    """Outward normal and level of a plane in the world."""
+    from xpheve.kernels.quaternion import rotate
+
+    row = plane._row
+    given = plane.shape.normal or world.up_vector
+    normal = np.array(rotate(world.bodies.get("orientation", row), given))
+    return normal, float(normal @ np.array(world.bodies.get("position", row))) + plane.shape.offset

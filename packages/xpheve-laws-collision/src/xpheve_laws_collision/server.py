@@ -17,7 +17,7 @@ from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer
-from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.broad_phase import MANY, BroadPhase
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
 from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
@@ -63,6 +63,10 @@ class ExactServer(ContactServer):
         self.held: dict[PhysicalObject, None] = {}
         self.collapsing: dict[Pair, tuple[Instant, int]] = {}
         self.streaks: dict[PhysicalObject, tuple[int, Instant]] = {}
+        self.queued: dict[Pair, Entry] = {}
+        """The last entry of each pair, so that none is queued twice."""
+        self.swept: Instant = NEVER
+        """Until when pairs have been looked for, in scenes of many bodies."""
         self.impacts = 0
         self.generations = 0
         self.predictions = 0
@@ -137,43 +141,70 @@ class ExactServer(ContactServer):
             if law.enabled and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
         }
 
-    def _partners(self, obj: PhysicalObject) -> list[PhysicalObject]:
-        found: dict[PhysicalObject, None] = {}
-        for law in self._heard_laws(obj):
-            found.update(self.world.mapping.objects(law))
-        found.pop(obj, None)
-        if obj.fixed:
-            return [other for other in found if not other.fixed]
-        return list(found)
-
     # Prediction
 
     def refresh(self, rows: Sequence[int]) -> None:
-        world = self.world
+        world, broad = self.world, self.broad_phase
         objects = [world.bodies.objects[row] for row in rows]
-        again = set(objects)
         for obj in objects:
             self._recheck_standing(obj)
-        for place, obj in enumerate(objects):
-            self._predict_all(obj, {other for other in objects[:place] if other in again})
+        broad.gather(self._heard_laws, rows)
+        if broad.moving < MANY:
+            self.swept = NEVER
+        elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
+            self._sweep()
+            return
+        done: set[PhysicalObject] = set()
+        for obj in objects:
+            self._predict_all(obj, done)
+            done.add(obj)
+
+    def _sweep(self, entries: list[Entry] | None = None) -> None:
+        """Predict all pairs that may touch within a window of time, and come back at its end."""
+        world, broad = self.world, self.broad_phase
+        if entries is not None and self.swept != NEVER and world.time < self.swept:
+            return  # a later window is open already
+        if broad.moving < MANY:
+            self.swept = NEVER
+            return
+        span = broad.window()
+        found = broad.sweep(min(span, 1e300))
+        objects = world.bodies.objects
+        if found is None:  # flights of a foreign stepper: ask every pair
+            rows = broad.rows.tolist()
+            pairs = [(i, j) for k, i in enumerate(rows) for j in rows[k + 1 :] if not (objects[i].fixed and objects[j].fixed)]
+            found = pairs, [(row, k) for row in rows for k in range(len(broad.planes))]
+        else:
+            self.swept = later(world.time, span) if span < np.inf else NEVER
+            if self.swept != NEVER:
+                world.schedule(self.swept, AFTER, (0,), self._sweep)
+        for i, j in found[0]:
+            self._predict(self._pair(objects[i], objects[j]))
+        for row, number in found[1]:
+            self._predict(self._pair(objects[row], broad.planes[number]))
 
     def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
-        partners = [other for other in self._partners(obj) if other not in done and other.rank >= 0]
-        if not partners:
+        """Predict the pairs of ``obj`` but for those with ``done``."""
+        broad = self.broad_phase
+        laws = self._heard_laws(obj)
+        if not laws or obj.rank < 0:
             return
-        planes = [other for other in partners if other.shape is not None and math.isinf(other.shape.reach)]
-        others = [other for other in partners if other.shape is None or not math.isinf(other.shape.reach)]
-        first = NEVER
-        for other in planes:
-            first = min(first, self._predict(self._pair(obj, other)))
-        if obj.shape is None or not math.isinf(obj.shape.reach):
-            horizon = elapsed(min(first, self.world.flight(obj._row).t1), self.world.bodies.clock_of(obj._row))
-            rows = np.fromiter((other._row for other in others), dtype=np.int64, count=len(others))
-            near = self.broad_phase.near(obj._row, rows, max(horizon, 0.0))
-            objects = self.world.bodies.objects
-            others = [objects[row] for row in near.tolist()]
-        for other in others:
-            self._predict(self._pair(obj, other))
+        first = self.swept
+        mapping = self.world.mapping
+        if not obj.fixed:
+            for other in broad.planes:
+                if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                    first = min(first, self._predict(self._pair(obj, other)))
+        objects = self.world.bodies.objects
+        if obj in broad.planes:
+            near = [row for row in broad.rows.tolist() if not objects[row].fixed]
+        else:
+            end = min(first, self.world.flight(obj._row).t1)
+            near = broad.near(obj._row, max(elapsed(end, self.world.bodies.clock_of(obj._row)), 0.0)).tolist()
+        for row in near:
+            other = objects[row]
+            if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
 
     def _predict(self, pair: Pair) -> Instant:
         """Queue the next event of ``pair``; returns when it is."""
@@ -202,7 +233,9 @@ class ExactServer(ContactServer):
             return NEVER
         at = max(later(start, span), world.time)
         guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
-        world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
+        held = self.queued.get(pair)
+        if held is None or held.guards != guards or held.instant != at or held.act != act:
+            self.queued[pair] = world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
         return at
 
     def _next_impact(
@@ -236,18 +269,20 @@ class ExactServer(ContactServer):
         return any(s in self.supports and self.supports[s].plane is p for s, p in ((a, b), (b, a)))
 
     def _forget_pair(self, pair: Pair) -> None:
+        self.queued.pop(pair, None)
         self.touching.pop(pair, None)
         self.inside.pop(pair, None)
         self.collapsing.pop(pair, None)
 
     def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
-        for table in (self.touching, self.inside, self.collapsing):
+        tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued)
+        for table in tables:
             for pair in [pair for pair in table if obj in pair]:
-                del table[pair]  # type: ignore[attr-defined]
+                del table[pair]
         self.supports.pop(obj, None)
+        self.broad_phase.removed(obj, row, moved)
         self.held.pop(obj, None)
         self.streaks.pop(obj, None)
-        self.broad_phase.forget()
         for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
             self._end_support(ball)
 
@@ -627,7 +662,8 @@ class _Instant:
             law = self.world.response_law(*pair)[0]
             if self.restitution[pair] < 1.0:
                 self.world.add_work(law.label(), work)
-                self._count_streak(pair)
+                if not self._ends_in_closed_form(pair):
+                    self._count_streak(pair)
             self.server.impacts += 1
         for k, answer in taken:
             self._take_over(pairs[k], answer)
@@ -719,15 +755,20 @@ class _Instant:
 
         The next flight lasts 2 v / a and each one after that e times its predecessor: together 2 v / (a (1 - e)).
         """
-        family, swapped = self.server._family(*pair)
-        ball = pair[1] if swapped else pair[0]
         restitution = self.restitution.get(pair, 1.0)
-        if not family.rests or restitution >= 1.0 or gap.acceleration >= 0.0 or ball in self.server.supports:
+        if restitution >= 1.0 or not self._ends_in_closed_form(pair):
             return
         flight = -2.0 * speed / gap.acceleration
         if flight < SHORTEST_FLIGHT:
             end = later(self.world.time, flight / (1.0 - restitution))
             self.server.collapsing[pair] = (end, -1)
+
+
+    def _ends_in_closed_form(self, pair: Pair) -> bool:
+        """Whether ever shorter bounces of ``pair`` lead to a support: a sphere that is pressed onto a fixed plane, and onto no other."""
+        family, swapped = self.server._family(*pair)
+        ball = pair[1] if swapped else pair[0]
+        return family.rests and self._gap(pair).acceleration < 0.0 and ball not in self.server.supports
 
 
 class _Parting:

@@ -1,6 +1,6 @@
-"""The command ``xpheve``, one subcommand a file; each imports what it needs when it is called.
+"""The command ``xpheve``, one subcommand a file; each importing what it needs when it is called.
 
-Exit codes: 0 fine; 1 the scene or run failed, or something installed is broken; 2 wrong usage; 130 interrupted (Ctrl-C).
+Exit codes: 0 fine; 1 the scene or run failed, or something installed is broken; 2 wrong usage; 130 interrupted.
 """
 
 from __future__ import annotations

@@ -134,7 +134,12 @@ def _show_version(ctx: click.Context, param: click.Parameter, value: bool) -> No
     "interrupted. With --traceback, or XPHEVE_TRACEBACK=1, errors show where they came from.",
 )
 @click.option(
-    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help="Show the version and exit."
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version and exit.",
 )
 def commands() -> None:
     """Run scenes of the physics engine xPheve, explain them, and look at what is installed."""

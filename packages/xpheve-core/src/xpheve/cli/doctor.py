@@ -102,7 +102,8 @@ def _print(found: dict[str, Any]) -> None:
     click.echo(f"xpheve {found['xpheve']}, Python {found['python']} ({found['executable']}), {found['platform']}")
     click.echo(", ".join(f"{name} {version or 'not installed'}" for name, version in found["libraries"].items()))
     cache = found["index_cache"]
-    click.echo(f"index cache: {cache['folder']}{'' if cache['writable'] else ' (cannot be written: packs are searched for each time)'}")
+    told = "" if cache["writable"] else " (cannot be written: packs are searched for each time)"
+    click.echo(f"index cache: {cache['folder']}{told}")
     click.echo()
     if found["packs"]:
         print_table(

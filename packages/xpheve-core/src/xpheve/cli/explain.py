@@ -12,7 +12,9 @@ from xpheve.cli.options import Quantity, json_option, outside_option, until_opti
 @click.command("explain")
 @click.argument("scene", type=click.Path(path_type=Path))
 @until_option
-@click.option("--dt", type=Quantity("s"), metavar="S", help="Host steps of this length [s]; without it, to a tolerance.")
+@click.option(
+    "--dt", type=Quantity("s"), metavar="S", help="Host steps of this length [s]; without it, to a tolerance."
+)
 @json_option
 @without_option
 @outside_option

@@ -28,7 +28,10 @@ def command(role: str, as_json: bool) -> int:
     elif found:
         print_table(
             ["law", "role", "kind", "of", "what"],
-            [[info.id, info.role, info.kind, f"{info.distribution} {info.version}".strip(), info.doc] for info in found],
+            [
+                [info.id, info.role, info.kind, f"{info.distribution} {info.version}".strip(), info.doc]
+                for info in found
+            ],
         )
     for broken in registry.broken():
         click.echo(f"warning: {broken.pack or broken.distribution} is broken; see xpheve doctor", err=True)

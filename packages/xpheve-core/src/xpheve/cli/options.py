@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 
-class Quantity(click.ParamType):
+class Quantity(click.ParamType[float]):
     """A number, or a text with a unit, such as ``2 h``."""
 
     name = "number"
@@ -38,4 +38,4 @@ outside_option = click.option("--allow-outside", is_flag=True, help="Let the sce
 without_option = click.option(
     "--no-law", "without", multiple=True, metavar="ID", help="Leave out a law, by id or name; may be given again."
 )
-until_option = click.option("--until", type=Quantity("s", above=False), metavar="T", help='Time to run to [s], or "2 h".')
+until_option = click.option("--until", type=Quantity("s", above=False), metavar="T", help="Time to run to [s].")

@@ -20,7 +20,9 @@ SHOWN = 20  # objects in the table that is printed
 @click.command("run")
 @click.argument("scene", type=click.Path(path_type=Path))
 @until_option
-@click.option("--dt", type=Quantity("s"), metavar="S", help="Host steps of this length [s]; without it, to a tolerance.")
+@click.option(
+    "--dt", type=Quantity("s"), metavar="S", help="Host steps of this length [s]; without it, to a tolerance."
+)
 @click.option("--every", type=Quantity("s"), metavar="S", help="A frame of the record each S [s].")
 @click.option("--rtol", type=Quantity("1"), help="Relative tolerance where motion is not exact.")
 @click.option("--atol", type=Quantity("1"), help="Absolute tolerance where motion is not exact.")
@@ -69,6 +71,7 @@ def command(
     folder, record_path = _places(out, file.record)
     if record_path is not None and every is None:
         every = until / FRAMES if until > 0 else 1.0
+    stamp = None if record_path is None else _stamp(record_path)
     loaded = time.perf_counter()
 
     failure: BaseException | None = None
@@ -79,8 +82,8 @@ def command(
     except (KeyboardInterrupt, Exception) as wrong:  # told when what there is has been kept
         failure = wrong
     ran = time.perf_counter()
-    if record is None and record_path is not None:
-        record = _reopened(record_path, begun)
+    if record is None and record_path is not None and _stamp(record_path) != stamp:
+        record = _reopened(record_path)
 
     seconds = {"load": round(loaded - begun, 6), "run": round(ran - loaded, 6)}
     summary = summarise(engine, record, scene, until, seconds, failure)
@@ -103,7 +106,9 @@ def _places(out: Path | None, from_scene: Path | None) -> tuple[Path | None, Pat
         return None, from_scene
     if out.suffix == ".arrow":
         if out.is_dir():
-            raise click.UsageError(f"--out {out}: this is a folder; give a file, or a folder whose name does not end in .arrow")
+            raise click.UsageError(
+                f"--out {out}: this is a folder; give a file, or a folder whose name does not end in .arrow"
+            )
         out.parent.mkdir(parents=True, exist_ok=True)
         return None, out
     if out.exists() and not out.is_dir():
@@ -112,21 +117,33 @@ def _places(out: Path | None, from_scene: Path | None) -> tuple[Path | None, Pat
     return out, out / "record.arrow"
 
 
-def _reopened(path: Path, begun: float) -> Any:
-    """Return the record that a run left that did not end well; None if it did not begin one."""
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """Return what tells a file from the one that was there before."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return stat.st_ino, stat.st_mtime_ns
+
+
+def _reopened(path: Path) -> Any:
+    """Return the record that a run left that did not end well; None if it cannot be read."""
     from xpheve.errors import RecordError
     from xpheve.record import Record
 
     try:
-        if time.time() - path.stat().st_mtime > time.perf_counter() - begun + 1.0:
-            return None  # an older one, which this run has not touched
         return Record.open(path)
-    except (OSError, RecordError):
+    except RecordError:
         return None
 
 
 def summarise(
-    engine: PhysicsEngine, record: Any, scene: Path, until: float, seconds: dict[str, float], failure: BaseException | None
+    engine: PhysicsEngine,
+    record: Any,
+    scene: Path,
+    until: float,
+    seconds: dict[str, float],
+    failure: BaseException | None,
 ) -> dict[str, Any]:
     """Return what summary.json and ``--json`` say: times, conserved quantities, final state."""
     from xpheve import __version__
@@ -151,7 +168,12 @@ def summarise(
         "record": None if record is None or record.path is None else str(record.path),
         "frames": 0 if record is None else len(record),
         "objects": [
-            {"name": obj.name, "serial": obj.serial, "fixed": obj.fixed, **{name: getattr(obj, name) for name in FIELDS}}
+            {
+                "name": obj.name,
+                "serial": obj.serial,
+                "fixed": obj.fixed,
+                **{name: getattr(obj, name) for name in FIELDS},
+            }
             for obj in sorted(engine.objects, key=lambda obj: obj.serial)
         ],
     }
@@ -181,20 +203,26 @@ def _print(engine: PhysicsEngine, summary: dict[str, Any]) -> None:
     from xpheve.cli.output import plural, print_table, vector
 
     count = len(summary["objects"])
-    click.echo(f"{summary['scene']}: t = {summary['time']:.6g} s, {plural(count, 'object')}, {summary['seconds']['run']:.3g} s")
+    click.echo(
+        f"{summary['scene']}: t = {summary['time']:.6g} s, {plural(count, 'object')}, {summary['seconds']['run']:.3g} s"
+    )
     energy, drift = summary["energy"], summary["energy_drift"]
     told = "not known" if drift is None or drift != drift else f"{drift:.2g}"
     click.echo(
-        f"energy: kinetic {energy['kinetic']:.6g} J, potential {energy['potential']:.6g} J, work {energy['work']:.6g} J; "
-        f"drift {told}"
+        f"energy: kinetic {energy['kinetic']:.6g} J, potential {energy['potential']:.6g} J, "
+        f"work {energy['work']:.6g} J; drift {told}"
     )
-    click.echo(f"momentum {vector(summary['momentum'])} kg m/s, angular momentum {vector(summary['angular_momentum'])} kg m^2/s")
+    spin = vector(summary["angular_momentum"])
+    click.echo(f"momentum {vector(summary['momentum'])} kg m/s, angular momentum {spin} kg m^2/s")
     if summary["record"]:
         click.echo(f"record: {summary['record']}, {plural(summary['frames'], 'frame')}")
     moving = [row for row in summary["objects"] if not row["fixed"]]
     if moving:
         click.echo()
-        rows = [[row["name"] or f"#{row['serial']}", vector(row["position"]), vector(row["velocity"])] for row in moving[:SHOWN]]
+        rows = [
+            [row["name"] or f"#{row['serial']}", vector(row["position"]), vector(row["velocity"])]
+            for row in moving[:SHOWN]
+        ]
         print_table(["object", "position [m]", "velocity [m/s]"], rows)
     if len(moving) > SHOWN:
         click.echo(f"... and {len(moving) - SHOWN} more; --json, or --out, tells of all")

@@ -87,10 +87,7 @@ def _print_law(found: dict[str, Any]) -> None:
         click.echo()
         print_table(
             ["column of objects", "default", "unit", "what"],
-            [
-                [c["name"], str(c.get("default", 0.0)), c.get("unit", "1"), c.get("doc", "")]
-                for c in found["columns"]
-            ],
+            [[c["name"], str(c.get("default", 0.0)), c.get("unit", "1"), c.get("doc", "")] for c in found["columns"]],
         )
     if found.get("condition"):
         click.echo(f"\nacts at: {found['condition']}")
@@ -131,7 +128,12 @@ def _scene(path: Path) -> dict[str, Any]:
         "run": table.run.model_dump(exclude_none=True),
         "laws": [{"id": law.id, "name": law.name, "enabled": law.enabled} for law in table.laws],
         "objects": [
-            {"name": obj.name, "shape": obj.shape.model_dump() if obj.shape else None, "mass": obj.mass, "fixed": obj.fixed}
+            {
+                "name": obj.name,
+                "shape": obj.shape.model_dump() if obj.shape else None,
+                "mass": obj.mass,
+                "fixed": obj.fixed,
+            }
             for obj in table.objects
         ],
     }
@@ -144,7 +146,11 @@ def _print_file(found: dict[str, Any]) -> None:
     from xpheve.cli.output import plural, print_table, printable
 
     if found["what"] == "record":
-        torn = "; torn: the run was stopped hard or goes on, and these are the frames that are whole" if found["torn"] else ""
+        torn = (
+            "; torn: the run was stopped hard or goes on, and these are the frames that are whole"
+            if found["torn"]
+            else ""
+        )
         span = f", {found['from']:g} to {found['to']:g} s" if found["frames"] else ""
         click.echo(f"{found['file']}: record of {plural(found['frames'], 'frame')}{span}{torn}")
         drift = found["energy_drift"]
@@ -153,7 +159,9 @@ def _print_file(found: dict[str, Any]) -> None:
     else:
         click.echo(f"{found['file']}: scene of {plural(len(found['objects']), 'object')}")
         click.echo("laws: " + (", ".join(printable(law["name"] or law["id"]) for law in found["laws"]) or "none"))
-        said = ", ".join(f"{key} {value}" for key, value in {"up": found["up"], "seed": found["seed"], **found["run"]}.items())
+        said = ", ".join(
+            f"{key} {value}" for key, value in {"up": found["up"], "seed": found["seed"], **found["run"]}.items()
+        )
     click.echo(printable(said))
     if not found["objects"]:
         return

@@ -405,6 +405,7 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         state.numbers = dict(numbers)
         for name in state.arrays:
             state.arrays[name] = arrays[f"batch{k}.array.{name}"].copy()
+        state.locate()
         batch = Batch(k, signature, choice, state)
         world.batches.append(batch)
         world.sources(batch)

@@ -130,9 +130,7 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
         if number >= 0:
             batch = world.batches[number]
             batch.state.rows[int(bodies.local[row])] = row
-            locate = getattr(batch.state, "locate", None)
-            if locate is not None:
-                locate()
+            batch.state.locate()
             batch.sources = None
     for batch in world.batches:
         batch.sources = None
@@ -179,6 +177,7 @@ def unmap_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
 
 def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObject]) -> None:
     """``objects`` came under ``law``, left it, or the law was switched."""
+    world.structure += 1
     if isinstance(law, ContinuousLaw) and not law.containers:
         for obj in objects:
             world.mark(obj)
@@ -259,6 +258,7 @@ def remove_container(world: World, container: LawContainer) -> None:
     for law in list(container.laws):
         container.remove_law(law)
     world.containers.remove(container)
+    world.structure += 1
     world.timers.pop(container, None)
     world.spent.discard(container)
     container.engine = None

@@ -73,6 +73,8 @@ class World:
         self.posts = 0
         self.unplanned: dict[PhysicalObject, None] = {}
         self.dirty = True
+        self.structure = 0
+        """Goes up when laws, containers or mapping change."""
         self.on_law_error = "raise"
         self._steppers = steppers
         self._next_serial = 0
@@ -100,13 +102,13 @@ class World:
         if sum(batch.state.count for batch in live) < n:
             out[...] = bodies.arrays[name][:, :n]
         for batch in live:
-            rows = batch.state.rows
-            if rows[-1] - rows[0] == len(rows) - 1 and bool((np.diff(rows) == 1).all()):
-                batch.stepper.read(batch.state, bodies, t, name, out[:, rows[0] : rows[-1] + 1])
+            where = batch.state.where
+            if isinstance(where, slice):
+                batch.stepper.read(batch.state, bodies, t, name, out[:, where])
             else:
-                part = np.empty((WIDTHS[name], len(rows)))
+                part = np.empty((WIDTHS[name], len(where)))
                 batch.stepper.read(batch.state, bodies, t, name, part)
-                out[:, rows] = part
+                out[:, where] = part
         return out
 
     def flight(self, row: int) -> Flight:
@@ -313,6 +315,7 @@ class World:
         local = int(bodies.local[row])
         last = int(batch.state.rows[-1])
         batch.stepper.leave(batch.state, local)
+        batch.state.locate()
         bodies.local[last] = local
         bodies.batch[row] = -1
         batch.sources = None
@@ -322,7 +325,7 @@ class World:
         choice = self.choices.get(signature)
         if choice is None:
             choice = self.choices[signature] = choose(signature, self._steppers())
-        rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        rows = np.array(sorted(obj._row for obj in objects), dtype=np.int64)
         for batch in self.batches:
             # A batch in the midst of a step of its own is left alone.
             free = batch.stepper.covered(batch.state) in (NEVER, self.time)
@@ -336,6 +339,7 @@ class World:
             state = choice.stepper.start(rows, self.bodies, self.time, None)
             batch = Batch(len(self.batches), signature, choice, state)
             self.batches.append(batch)
+        batch.state.locate()
         batch.sources = None
         self.bodies.batch[rows] = batch.number
         self.bodies.version[rows] += 1

@@ -15,8 +15,11 @@ if TYPE_CHECKING:
 
 __all__ = ["SceneFile", "dumps", "load", "loads", "read", "save", "schema"]
 
-_HOMES = {"SceneFile": "build", "load": "build", "loads": "build", "read": "build", "schema": "describe", "dumps": "write",
-          "save": "write"}  # fmt: skip
+_HOMES = {
+    **dict.fromkeys(("SceneFile", "load", "loads", "read"), "build"),
+    **dict.fromkeys(("dumps", "save"), "write"),
+    "schema": "describe",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -44,7 +44,7 @@ MOST_FORCE_IDS = 1_000_000  # ids that engines give count from 1; a larger one w
 
 
 def read(path: str | os.PathLike[str], *, allow_outside: bool = False) -> SceneFile:
-    """The scene file ``path``, its tables checked; no pack is imported before `SceneFile.build`.
+    """Return the scene file ``path``, its tables checked; no pack is imported before `SceneFile.build`.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def load(
     on_law_error: str = "raise",
     allow_outside: bool = False,
 ) -> PhysicsEngine:
-    """An engine with the scene in the file ``path``, TOML or JSON by its ending; at time 0.
+    """Return an engine with the scene in the file ``path``, TOML or JSON by its ending; at time 0.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class SceneFile:
         on_law_error: str = "raise",
         without: Sequence[str] = (),
     ) -> PhysicsEngine:
-        """An engine with the scene, at time 0; laws whose name or id is in ``without`` are left out.
+        """Return an engine with the scene, at time 0; laws whose name or id is in ``without`` are left out.
 
         Raises `SceneError`, also for what a pack finds wrong.
         """
@@ -163,7 +163,7 @@ class _Building:
 
     @contextmanager
     def _blame(self, path: Path_) -> Iterator[None]:
-        """What goes wrong inside becomes a `SceneError` that names ``path``, whatever a pack's code raises."""
+        """Turn what goes wrong inside, whatever a pack's code raises, into a `SceneError` that names ``path``."""
         try:
             yield
         except SceneError:
@@ -174,7 +174,7 @@ class _Building:
             raise SceneError(f"{where}: {text}") from wrong
 
     def _nearest(self, path: Path_, text: str) -> Path_:
-        """The key of the table at ``path`` that ``text`` speaks of, if it does."""
+        """Return the key of the table at ``path`` that ``text`` speaks of, if it does."""
         table = self.source.value(path)
         for key in table if isinstance(table, dict) else ():
             if re.search(rf"(^|[ .]){re.escape(key)}( =|:| is)", text):
@@ -187,7 +187,8 @@ class _Building:
             first, second = names.twice[0]
             line = self.source.line((kind, first, "name"))
             raise self.source.wrong(
-                (kind, second, "name"), f"line {line} has a {kind[:-1]} of this name already; names are unique, choose another"
+                (kind, second, "name"),
+                f"line {line} has this name already; names are unique, choose another",
             )
         return names
 
@@ -262,7 +263,7 @@ class _Building:
             return self.engine.add_container(made)
 
     def _shared(self, kind: type[LawContainer], condition: conditions.Condition | None, path: Path_) -> LawContainer:
-        """The container without a name of this kind and condition; laws of one condition share it."""
+        """Return the container without a name of this kind and condition; laws of one condition share it."""
         key = (kind, condition if condition is not None else kind.condition)
         if key not in self.unnamed:
             with self._blame(path):
@@ -270,7 +271,7 @@ class _Building:
         return self.unnamed[key]
 
     def _containers_of(self, law: PhysicalLaw, table: LawTable, path: Path_) -> list[LawContainer]:
-        """The containers that the file names for ``law``; empty for the law's own default."""
+        """Return the containers that the file names for ``law``; empty for the law's own default."""
         condition = self._condition(table.condition, (*path, "condition"))
         if table.container is None:
             if condition is None:
@@ -287,7 +288,9 @@ class _Building:
                 continue
             place = self._find(self.container_names, word, where, "container")
             if condition is not None:
-                raise self.source.error((*path, "condition"), f"the container {show(word)} has a condition of its own; take one away")
+                raise self.source.error(
+                    (*path, "condition"), f"the container {show(word)} has a condition of its own; take one away"
+                )
             found.append(self.containers[place])
         return found
 
@@ -301,7 +304,9 @@ class _Building:
             kind = self.registry.law(table.id)
         parameters = self._parameters(kind, table, path)
         if table.between is not None and not issubclass(kind, PairLaw):
-            raise self.source.error((*path, "between"), f"{table.id} acts on single objects, so it takes no between; name it in their laws")
+            raise self.source.error(
+                (*path, "between"), f"{table.id} acts on single objects, so it takes no between; name it in their laws"
+            )
         with self._blame(path):
             law = kind(name=table.name, enabled=table.enabled, **parameters)
         containers = self._containers_of(law, table, path)
@@ -312,7 +317,7 @@ class _Building:
         return law
 
     def _parameters(self, kind: type[PhysicalLaw], table: LawTable, path: Path_) -> dict[str, Any]:
-        """The parameters of a law, as `Param.check` makes them."""
+        """Return the parameters of a law, as `Param.check` makes them."""
         found: dict[str, Any] = {}
         for key, value in (table.model_extra or {}).items():
             where = (*path, key)
@@ -320,8 +325,8 @@ class _Building:
             if param is None:
                 own = [name for name in LawTable.model_fields if name != "id"]
                 raise self.source.error(
-                    where,
-                    f"{table.id} has no parameter {key}.{near(key, [*kind.params, *own])} "
+                    path,
+                    f"unknown parameter {key}.{near(key, [*kind.params, *own])} "
                     f"It has: {', '.join(kind.params) or 'none'}",
                 )
             if value == "none" and param.optional and param.kind != "text":
@@ -404,7 +409,7 @@ class _Building:
             if not declared:
                 self._warn_of_column(path, name)
                 if isinstance(value, str):
-                    said = "no law of this object declares the column, so a unit says nothing: give a plain number, or map the law"
+                    said = "no law of this object declares the column, so a unit says nothing; give a number"
                     raise self.source.wrong(path, said)
             try:
                 found[name] = number(value, declared[0].unit if declared else "1")
@@ -412,7 +417,9 @@ class _Building:
                 raise self.source.wrong(path, str(wrong)) from None
             for column in declared:
                 with self._blame(path):
-                    column.check(found[name], f"object {show(table.name)}" if table.name else f"object {place + 1}", name)
+                    column.check(
+                        found[name], f"object {show(table.name)}" if table.name else f"object {place + 1}", name
+                    )
         return found
 
     def _warn_of_column(self, path: Path_, name: str) -> None:

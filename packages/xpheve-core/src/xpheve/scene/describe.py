@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from xpheve.scene.model import LawTable, SceneTable, near
+from xpheve.scene.model import LawTable, SceneTable
 
 if TYPE_CHECKING:
     from xpheve.plugins.registry import LawInfo, Registry
-
-__all__ = ["near", "schema"]
 
 ADDRESS = "https://json-schema.org/draft/2020-12/schema"
 
 
 def schema(registry: Registry | None = None) -> dict[str, Any]:
-    """The JSON schema of scene files, with the parameters of every law at hand, as their manifests say; imports no pack."""
+    """Return the JSON schema of scene files, with the parameters of all laws at hand, read from manifests."""
     from xpheve.plugins.registry import Registry
     from xpheve.plugins.spec import json_schema_of
     from xpheve.scene.build import CONDITIONS
@@ -37,18 +35,26 @@ def schema(registry: Registry | None = None) -> dict[str, Any]:
     found["$schema"] = ADDRESS
     found["title"] = "xPheve scene"
     definitions = found["$defs"]
-    common = {key: value for key, value in definitions["LawTable"]["properties"].items() if key in LawTable.model_fields}
+    common = {
+        key: value for key, value in definitions["LawTable"]["properties"].items() if key in LawTable.model_fields
+    }
     definitions["ConditionTable"]["properties"]["kind"] = {"enum": list(CONDITIONS)}
     laws = (registry if registry is not None else Registry.default()).laws()
     if laws:
-        definitions["LawTable"] = {"title": "A law and its parameters", "type": "object", "oneOf": [law(one) for one in laws]}
+        definitions["LawTable"] = {
+            "title": "A law and its parameters",
+            "type": "object",
+            "oneOf": [law(one) for one in laws],
+        }
     _forget_defaults_of_none(found)
     return found
 
 
 def _is_writable(value: Any) -> bool:
     values = value if isinstance(value, tuple) else (value,)
-    return all(isinstance(one, (bool, int, str)) or (isinstance(one, float) and abs(one) < float("inf")) for one in values)
+    return all(
+        isinstance(one, (bool, int, str)) or (isinstance(one, float) and abs(one) < float("inf")) for one in values
+    )
 
 
 def _forget_defaults_of_none(value: Any) -> None:

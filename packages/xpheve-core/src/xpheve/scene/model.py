@@ -16,10 +16,12 @@ from xpheve.errors import SceneError
 from xpheve.plugins.spec import ParamSpec, json_schema_of
 from xpheve.plugins.suggest import closest
 from xpheve.scene.quantities import Vec, number, numbers
-from xpheve.scene.source import Path_, Source
+from xpheve.scene.source import Path_, Source, show
 
 VERSION = 1
-MOST_OBJECTS = 100_000  # in TOML about half a minute to read; more are built faster in Python, or restored from a checkpoint
+MOST_OBJECTS = (
+    100_000  # in TOML about half a minute to read; more are built faster in Python, or restored from a checkpoint
+)
 MOST_LAWS = 10_000  # each is planned for itself; a law of ten thousand springs is a law with columns
 LONGEST_NAME = 200  # characters; names are shown in tables and errors
 
@@ -72,7 +74,7 @@ def _name(value: Any) -> str:
 
 def _texts(value: Any) -> tuple[str, ...]:
     if isinstance(value, str):
-        raise ValueError(f"a list of names is needed: [{value!r}]")
+        raise ValueError(f"a list of names is needed: [{show(value)}]")
     if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
         raise ValueError("a list of names is needed")
     return tuple(value)
@@ -133,7 +135,7 @@ class Checked:
 
 
 def quantity(unit: str, check: Callable[[float, str], float] | None = None, **bounds: float) -> Checked:
-    """A number of ``unit`` that ``check`` may refuse."""
+    """Return a number of ``unit`` that ``check`` may refuse."""
 
     def validate(value: Any) -> float:
         found = number(value, unit)
@@ -143,7 +145,7 @@ def quantity(unit: str, check: Callable[[float, str], float] | None = None, **bo
 
 
 def quantities(unit: str, count: int = 3) -> Checked:
-    """A list of ``count`` numbers of ``unit``."""
+    """Return a list of ``count`` numbers of ``unit``."""
     schema = json_schema_of(ParamSpec("", "vector", unit, size=count))
     return Checked(lambda value: numbers(value, unit, count), schema)
 
@@ -167,9 +169,7 @@ Mass = Annotated[float, Checked(_mass, json_schema_of(ParamSpec("", "number", "k
 Inertia = Annotated[float | Vec, Checked(_inertia, {"anyOf": [*_QUANTITY, _THREE]})]
 Duration = Annotated[float, Checked(_duration, json_schema_of(ParamSpec("", "number", "s", ge=0.0)))]
 ForceId = Annotated[int | str, Checked(_force_id, {"type": ["integer", "string"]})]
-Columns = Annotated[
-    dict[str, Any], Checked(_columns, {"type": "object", "additionalProperties": {"anyOf": _QUANTITY}})
-]
+Columns = Annotated[dict[str, Any], Checked(_columns, {"type": "object", "additionalProperties": {"anyOf": _QUANTITY}})]
 
 
 class Table(BaseModel):
@@ -225,7 +225,9 @@ SHAPES: dict[str, type[BaseModel]] = {
 
 def _shape_tag(value: Any) -> str | None:
     kind = value.get("kind") if isinstance(value, dict) else None
-    return "pack" if isinstance(kind, str) and ":" in kind else kind if isinstance(kind, str) and kind in SHAPES else None
+    return (
+        "pack" if isinstance(kind, str) and ":" in kind else kind if isinstance(kind, str) and kind in SHAPES else None
+    )
 
 
 AnyShape = Annotated[
@@ -317,12 +319,14 @@ class SceneTable(Table):
 
 
 def check_scene(source: Source) -> SceneTable:
-    """The tables of ``source``. Raises `SceneError` for the first thing in it that is wrong."""
+    """Return the tables of ``source``. Raises `SceneError` for the first thing in it that is wrong."""
     _check_version(source)
     for key, most in (("objects", MOST_OBJECTS), ("laws", MOST_LAWS), ("containers", MOST_LAWS)):
         rows = source.data.get(key)
         if isinstance(rows, list) and len(rows) > most:
-            raise source.error((key,), f"{len(rows)} {key} are more than the {most} that are read; build this scene in Python")
+            raise source.error(
+                (key,), f"{len(rows)} {key} are more than the {most} that are read; build this scene in Python"
+            )
     try:
         return SceneTable.model_validate(source.data)
     except ValidationError as wrong:
@@ -343,7 +347,9 @@ def _check_version(source: Source) -> None:
     if isinstance(version, bool) or not isinstance(version, int):
         raise source.wrong(("xpheve",), f"the version of the format is a whole number, at present {VERSION}")
     if version != VERSION:
-        raise source.wrong(("xpheve",), f"this xPheve reads version {VERSION} of the format; for another one, upgrade it")
+        raise source.wrong(
+            ("xpheve",), f"this xPheve reads version {VERSION} of the format; for another one, upgrade it"
+        )
 
 
 def _path_of(location: tuple[int | str, ...], source: Source) -> Path_:
@@ -362,7 +368,7 @@ def _has(source: Source, path: Path_, key: int | str) -> bool:
 
 
 def _told(source: Source, path: Path_, row: Any) -> SceneError:
-    """The error for one of pydantic's, in our words."""
+    """Return the error for one of pydantic's, in our words."""
     kind = row["type"]
     if kind == "extra_forbidden":
         keys = keys_of(path[:-1], source)
@@ -375,7 +381,7 @@ def _told(source: Source, path: Path_, row: Any) -> SceneError:
             return source.wrong(path, 'a table is needed, such as { kind = "sphere", radius = 0.1 }')
         if "kind" not in table:
             return source.error(path, f"the key kind is missing; shapes are {', '.join(SHAPES)}")
-        said = f"no shape is called so.{near(str(table['kind']), SHAPES)} Shapes: {', '.join(SHAPES)}, or the id of a pack's"
+        said = f"no shape is called so.{near(str(table['kind']), SHAPES)} Shapes: {', '.join(SHAPES)}, or a pack's id"
         return source.wrong((*path, "kind"), said)
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return source.wrong(path, "a table is needed")
@@ -389,13 +395,13 @@ def _told(source: Source, path: Path_, row: Any) -> SceneError:
 
 
 def near(word: str, known: Any) -> str:
-    """A sentence on what ``word`` was probably meant to be, or nothing."""
+    """Return a sentence on what ``word`` was probably meant to be, or nothing."""
     found = closest(word, known)
     return f' Did you mean "{found}"?' if found else ""
 
 
 def keys_of(path: Path_, source: Source) -> list[str]:
-    """The keys that the table at ``path`` may have."""
+    """Return the keys that the table at ``path`` may have."""
     names = [step for step in path if isinstance(step, str)]
     tables: dict[str, type[BaseModel]] = {
         "": SceneTable,

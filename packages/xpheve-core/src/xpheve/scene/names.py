@@ -11,8 +11,8 @@ _PLACE = re.compile(r"^(.*)#([1-9][0-9]{0,8})$", re.DOTALL)
 class Names:
     """The tables of one kind, each with its name and id, either of which may be empty.
 
-    A table is called by its name; by its id, if it is the only one of it; or by its place in the file: ``"#2"`` is the second
-    table, ``"basic:spring#2"`` the second of that id.
+    A table is called by its name; by its id, if it is the only one of it; or by its place in the file: ``"#2"`` is the
+    second table, ``"basic:spring#2"`` the second of that id.
     """
 
     def __init__(self, rows: Sequence[tuple[str, str]]) -> None:
@@ -30,7 +30,7 @@ class Names:
                 self._by_id.setdefault(id, []).append(place)
 
     def find(self, word: str) -> int:
-        """The place of the table called ``word``, from 0; -1 if there is none, -2 if there are several."""
+        """Return the place of the table called ``word``, from 0; -1 if there is none, -2 if there are several."""
         if word in self._by_name:
             return self._by_name[word]
         if word in self._by_id:
@@ -44,7 +44,7 @@ class Names:
         return -1
 
     def called(self, place: int) -> str:
-        """The shortest word that `find` takes for the table at ``place``; empty if others' names leave none."""
+        """Return the shortest word that `find` takes for the table at ``place``; empty if others' names leave none."""
         name, id = self.rows[place]
         among = self._by_id[id].index(place) + 1 if id else 0
         for word in (name, id, f"{id}#{among}" if id else "", f"#{place + 1}"):

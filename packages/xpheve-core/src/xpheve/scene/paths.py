@@ -11,7 +11,7 @@ OUTSIDE = "paths stay below the scene's folder unless it is loaded with allow_ou
 
 
 def inside(folder: Path, text: str, *, allow_outside: bool = False) -> Path:
-    """The path that ``text`` names, from ``folder``.
+    """Return the path that ``text`` names, from ``folder``.
 
     Raises
     ------
@@ -31,7 +31,9 @@ def inside(folder: Path, text: str, *, allow_outside: bool = False) -> Path:
         if ".." in posix.parts or ".." in windows.parts:
             raise SceneError(f"this leads out of the folder of the scene by ..; {OUTSIDE}")
         if not target.resolve().is_relative_to(folder.resolve()):
-            raise SceneError(f"this leads out of the folder of the scene by a symbolic link to {os.path.realpath(target)}; {OUTSIDE}")
+            raise SceneError(
+                f"this leads out of the folder of the scene by a symbolic link to {os.path.realpath(target)}; {OUTSIDE}"
+            )
     except (OSError, ValueError, RuntimeError) as wrong:
         if isinstance(wrong, SceneError):
             raise

@@ -17,7 +17,7 @@ Path_ = tuple[str | int, ...]
 """Keys and places in lists that lead to a value, such as ``("objects", 2, "mass")``."""
 
 # A key of more than DEEPEST parts; TOML's parser takes time with the square of their number.
-_MANY_DOTS = re.compile(r"""(?<![\w"'.-])(?:[\w"'-]+[ \t]*\.[ \t]*){%d}""" % DEEPEST)
+_MANY_DOTS = re.compile(rf"""(?<![\w"'.-])(?:[\w"'-]+[ \t]*\.[ \t]*){{{DEEPEST}}}""")
 _FORMS = {".toml": "toml", ".json": "json"}
 
 
@@ -30,7 +30,7 @@ def form_of(path: str | os.PathLike[str]) -> str:
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:
-    """The parsed file ``path``; raises `SceneError`."""
+    """Return the parsed file ``path``; raises `SceneError`."""
     name = os.fspath(path)
     form = form_of(path)
     try:
@@ -117,7 +117,9 @@ class Source:
             line = next((k for k, text in enumerate(self.text.split("\n"), 1) if str(wrong) in text), 1)
             raise SceneError(f"{self.name}:{line}: {wrong}: finite numbers are needed") from None
         except json.JSONDecodeError as wrong:
-            raise SceneError(f"{self.name}:{wrong.lineno}: this is no JSON: {wrong.msg} (column {wrong.colno})") from None
+            raise SceneError(
+                f"{self.name}:{wrong.lineno}: this is no JSON: {wrong.msg} (column {wrong.colno})"
+            ) from None
         except ValueError as wrong:
             raise SceneError(f"{self.name}: this is no JSON: {_clip(str(wrong), 200)}") from None
         if not isinstance(data, dict):
@@ -137,7 +139,7 @@ class Source:
         return self._lines
 
     def line(self, path: Path_) -> int:
-        """The line of ``path``, or of the nearest table around it; 1 if nothing is known."""
+        """Return the line of ``path``, or of the nearest table around it; 1 if nothing is known."""
         found = self.lines.found
         for length in range(len(path), 0, -1):
             if path[:length] in found:
@@ -149,7 +151,7 @@ class Source:
         return f"{self.name}:{self.line(path)}"
 
     def value(self, path: Path_) -> Any:
-        """What stands at ``path``; None if nothing does."""
+        """Return what stands at ``path``; None if nothing does."""
         found: Any = self.data
         for step in path:
             try:
@@ -159,23 +161,23 @@ class Source:
         return found
 
     def error(self, path: Path_, message: str) -> SceneError:
-        """An error that says file, line, table and ``message``."""
+        """Return an error that says file, line, table and ``message``."""
         owner, rest = self.owner(path)
         parts = [self.at(path), owner, rest]
         return SceneError(": ".join(part for part in (*parts, message) if part))
 
     def wrong(self, path: Path_, message: str) -> SceneError:
-        """An error that says file, line, table, key, value and ``message``."""
+        """Return an error that says file, line, table, key, value and ``message``."""
         value = self.value(path)
         owner, rest = self.owner(path)
         shown = show(value)
         if isinstance(value, str) and message.startswith(shown + ": "):
             message = message[len(shown) + 2 :]
-        said = f"{rest or path[-1]} = {shown}" if path else ""
-        return SceneError(": ".join(part for part in (self.at(path), owner, said, message) if part))
+        said = f"{rest} = {shown}" if rest else f"{owner} = {shown}"
+        return SceneError(": ".join(part for part in (self.at(path), owner if rest else "", said, message) if part))
 
     def owner(self, path: Path_) -> tuple[str, str]:
-        """The object, law or container that ``path`` leads into, as it is called; and the keys below it."""
+        """Return the object, law or container that ``path`` leads into, as it is called; and the keys below it."""
         if len(path) < 2 or path[0] not in ("objects", "laws", "containers") or not isinstance(path[1], int):
             return "", dotted(path)
         kind = str(path[0])[:-1]
@@ -215,6 +217,8 @@ def show(value: Any) -> str:
         return _clip(json.dumps(value, ensure_ascii=not value.isprintable()))
     if isinstance(value, bool):
         return "true" if value else "false"
+    if value is None:
+        return "null"
     try:
         return _clip(repr(value))
     except ValueError:  # a whole number of more digits than Python writes
@@ -263,7 +267,7 @@ class Lines:
             pass  # what was found until here is what is known
 
     def second(self, key: str) -> int:
-        """The line on which ``key`` stands for the second time in one table; 0 if there is none."""
+        """Return the line on which ``key`` stands for the second time in one table; 0 if there is none."""
         return next((line for path, line in self._twice if path[-1] == key), 0)
 
     def _note(self, path: Path_) -> None:

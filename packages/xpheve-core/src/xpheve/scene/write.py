@@ -1,6 +1,7 @@
 """From an engine to a scene file: the same bits in the same order, so that files can be compared line by line.
 
-What a scene cannot say is left to checkpoints: the time, what laws keep in ``state``, timers under way, forces that laws stored.
+What a scene cannot say is left to checkpoints: the time, what laws keep in ``state``, timers under way, and
+forces that laws stored.
 """
 
 from __future__ import annotations
@@ -26,13 +27,15 @@ if TYPE_CHECKING:
 VERSION = 1
 WIDTH = 120  # characters; lists and tables that fit stand on one line
 RUN_KEYS = ("until", "dt", "every", "rtol", "atol", "record")
-SCRIPT = "Put it into a pack (a module that an entry point of the group xpheve.packs names; see registry.register for a try)"
+SCRIPT = (
+    "Put it into a pack (a module that an entry point of the group xpheve.packs names; see registry.register for a try)"
+)
 
 Plain = dict[str, Any]
 
 
 def save(engine: PhysicsEngine, path: str | os.PathLike[str], *, run: Mapping[str, Any] | None = None) -> Path:
-    """Write the scene of ``engine`` to ``path``, TOML or JSON by its ending: aside, and then in the place of a file there.
+    """Write the scene of ``engine`` to ``path``, TOML or JSON by its ending; aside, then in the place of a file there.
 
     Parameters
     ----------
@@ -61,17 +64,25 @@ def save(engine: PhysicsEngine, path: str | os.PathLike[str], *, run: Mapping[st
 
 
 def dumps(engine: PhysicsEngine, form: str = "toml", *, run: Mapping[str, Any] | None = None) -> str:
-    """The scene of ``engine`` as text, TOML or JSON; raises as `save` does."""
+    """Return the scene of ``engine`` as text, TOML or JSON; raises as `save` does."""
     if form not in ("toml", "json"):
         raise SceneError(f"form = {form!r}: choose 'toml' or 'json'")
     tables = _Tables(engine).tables
     if run:
-        tables = {"xpheve": tables.pop("xpheve"), "up": tables.pop("up"), "seed": tables.pop("seed"), "run": _run(run), **tables}
+        tables = {
+            "xpheve": tables.pop("xpheve"),
+            "up": tables.pop("up"),
+            "seed": tables.pop("seed"),
+            "run": _run(run),
+            **tables,
+        }
     text = _json(tables) if form == "json" else _toml(tables, engine.time)
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise SceneError("a name in this scene has half of a surrogate pair, which is no character; rename it") from None
+        raise SceneError(
+            "a name in this scene has half of a surrogate pair, which is no character; rename it"
+        ) from None
     return text
 
 
@@ -80,7 +91,7 @@ class _Tables:
 
     def __init__(self, engine: PhysicsEngine) -> None:
         self.engine = engine
-        # Named ones by name, since that is how a reader looks for them; the others as added, so that files change little.
+        # Named ones by name, as a reader looks for them; the others as added, so that a file changes little.
         self.objects = sorted(engine.objects, key=lambda obj: (not obj.name, _natural(obj.name), obj.serial))
         order = {law: k for k, law in enumerate(engine.laws)}
         self.laws = sorted(engine.laws, key=lambda law: (not law.name, _natural(law.name), law.label(), order[law]))
@@ -102,12 +113,20 @@ class _Tables:
         self.container_names = Names([(container.name, type(container).id) for container in self.shared])
         self.object_places = {obj: k for k, obj in enumerate(self.objects)}
         self.law_places = {law: k for k, law in enumerate(self.laws)}
-        for kind, names in (("object", self.object_names), ("law", self.law_names), ("container", self.container_names)):
+        for kind, names in (
+            ("object", self.object_names),
+            ("law", self.law_names),
+            ("container", self.container_names),
+        ):
             for name, _ in names.rows:
                 if name.startswith("#"):
-                    raise SceneError(f'{kind} {show(name)}: in scene files "#" stands for places, so a name cannot begin with it; rename it')
+                    raise SceneError(
+                        f'{kind} {show(name)}: in scene files "#" stands for places, and begins no name; rename it'
+                    )
             if names.twice:
-                raise SceneError(f"two {kind}s are called {show(names.rows[names.twice[0][0]][0])}; names are unique: rename one")
+                raise SceneError(
+                    f"two {kind}s are called {show(names.rows[names.twice[0][0]][0])}; names are unique: rename one"
+                )
         tables: Plain = {"xpheve": VERSION, "up": engine.up, "seed": engine.seed}
         for key, rows in (
             ("containers", [self.container(one) for one in self.shared]),
@@ -146,7 +165,7 @@ class _Tables:
         return table
 
     def _when(self, law: PhysicalLaw, label: str) -> Plain:
-        """What the table of ``law`` says of its containers; nothing, if they are the law's own default."""
+        """Return what the table of ``law`` says of its containers; nothing, if they are its own default."""
         if not law.containers:
             if law.container or law.condition is not None:
                 raise SceneError(f"{label}: it is in no container, so it never acts; put it into one, or remove it")
@@ -161,7 +180,9 @@ class _Tables:
         table: Plain = {}
         if kind.id != law.container:
             if kind is LawContainer and law.container:
-                raise SceneError(f"{label}: it is in a plain container in place of {law.container}; give that container a name")
+                raise SceneError(
+                    f"{label}: it is in a plain container in place of {law.container}; give that container a name"
+                )
             if kind is not LawContainer:
                 self._check_offered("container", container, f"{label}: container {container!r}")
                 table["container"] = kind.id
@@ -187,14 +208,18 @@ class _Tables:
 
         kind = type(condition)
         if getattr(conditions, kind.__name__, None) is not kind:
-            raise SceneError(f"{label}: its condition {condition} is none of xpheve.when, so a scene file cannot say it")
+            raise SceneError(
+                f"{label}: its condition {condition} is none of xpheve.when, so a scene file cannot say it"
+            )
         table: Plain = {"kind": kind.__name__}
         for field in fields(condition):
             value = getattr(condition, field.name)
             if value == field.default and type(value) is type(field.default):
                 continue
             if not isinstance(value, (bool, int, float, str)):
-                raise SceneError(f"{label}: {field.name} = {value!r} of its condition: a scene file has numbers and texts only")
+                raise SceneError(
+                    f"{label}: {field.name} = {value!r} of its condition: a scene file has numbers and texts only"
+                )
             table[field.name] = float(value) if str(field.type) == "float" else value
         return table
 
@@ -202,14 +227,18 @@ class _Tables:
         """Raise unless a pack offers the class of ``thing`` under its id, so that a file can name it."""
         cls = type(thing)
         if not cls.id:
-            raise SceneError(f"{label}: the class {cls.__qualname__} is of no pack, so that a file cannot name it. {SCRIPT}")
+            raise SceneError(
+                f"{label}: the class {cls.__qualname__} is of no pack, so that a file cannot name it. {SCRIPT}"
+            )
         try:
             found = self.engine.registry.find(kind, cls.id)
         except XpheveError as wrong:
-            raise SceneError(f"{label}: the class {cls.__qualname__} is of no pack that can be found ({wrong}). {SCRIPT}") from None
+            raise SceneError(
+                f"{label}: the class {cls.__qualname__} is of no pack that can be found ({wrong}). {SCRIPT}"
+            ) from None
         if found is not cls:
             raise SceneError(
-                f"{label}: its class {cls.__module__}.{cls.__qualname__} is not the one that packs offer under this id, "
+                f"{label}: its class {cls.__module__}.{cls.__qualname__} is not what packs offer under this id, "
                 f"{found.__module__}.{found.__qualname__}; a file would bring back that one. Give it an id of its own"
             )
 
@@ -300,7 +329,9 @@ def _kind(container: LawContainer) -> tuple[type, Any]:
 
 def _natural(name: str) -> list[tuple[int, str]]:
     """So that ``ball_2`` comes before ``ball_10``."""
-    return [(int(part), "") if part.isdecimal() and part.isascii() else (-1, part) for part in re.split(r"([0-9]+)", name)]
+    return [
+        (int(part), "") if part.isdecimal() and part.isascii() else (-1, part) for part in re.split(r"([0-9]+)", name)
+    ]
 
 
 def _same_bits(one: Any, other: Any) -> bool:
@@ -380,7 +411,9 @@ def _json(tables: Plain) -> str:
     lines = []
     for key, value in tables.items():
         if isinstance(value, list):
-            rows = ",\n".join("  {\n" + ",\n".join(f"   {_pair(*pair)}" for pair in row.items()) + "\n  }" for row in value)
+            rows = ",\n".join(
+                "  {\n" + ",\n".join(f"   {_pair(*pair)}" for pair in row.items()) + "\n  }" for row in value
+            )
             lines.append(f" {_dump(key)}: [\n{rows}\n ]")
         else:
             lines.append(f" {_pair(key, value)}")

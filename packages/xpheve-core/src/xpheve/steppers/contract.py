@@ -100,10 +100,20 @@ class State:
     rows: Rows
     arrays: dict[str, Array] = field(default_factory=dict)
     numbers: dict[str, float] = field(default_factory=dict)
+    where: slice | Rows = field(default_factory=lambda: slice(0, 0))
+    """The rows as a slice if they lie side by side, else as they are; kept by `locate`."""
 
     @property
     def count(self) -> int:
         return len(self.rows)
+
+    def locate(self) -> None:
+        """To be called when ``rows`` changed."""
+        rows, n = self.rows, len(self.rows)
+        if n and rows[n - 1] - rows[0] == n - 1 and bool((np.diff(rows) == 1).all()):
+            self.where = slice(int(rows[0]), int(rows[0]) + n)
+        else:
+            self.where = rows
 
 
 class Stepper(ABC):

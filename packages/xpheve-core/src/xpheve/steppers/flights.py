@@ -26,6 +26,30 @@ Quat = tuple[float, float, float, float]
 Vec = tuple[float, float, float]
 
 
+class _Facts:
+    """What holds for a batch until the next write: kept so that a read does nothing but the arithmetic."""
+
+    __slots__ = ("acceleration", "base", "change", "clock", "offset", "position", "turning", "velocity")
+
+    def __init__(self, state: FlightState, bodies: Bodies) -> None:
+        where = state.where
+        self.change = bodies.change
+        self.base, self.offset = bodies.clock[0, where], bodies.clock[1, where]
+        self.clock: Instant | None = None
+        """The clock that all rows share, if they do."""
+        if len(self.base) and bool((self.base == self.base[0]).all()) and bool((self.offset == self.offset[0]).all()):
+            self.clock = float(self.base[0]), float(self.offset[0])
+        self.position = tuple(bodies.arrays["position"][:, where])
+        self.velocity = tuple(bodies.arrays["velocity"][:, where])
+        self.acceleration: list[float | Array] = []
+        """By component: one number if all rows share it."""
+        for component in state.arrays["acceleration"]:
+            same = len(component) > 0 and bool((component == component[0]).all())
+            self.acceleration.append(float(component[0]) if same else component)
+        turning = bodies.arrays["angular_velocity"][:, where].any(axis=0) | state.arrays["torque"].any(axis=0)
+        self.turning: list[int] = np.flatnonzero(turning).tolist()
+
+
 class FlightState(State):
     """A `State` with what can be made again from the rest: kept so that nothing is computed twice."""
 
@@ -33,18 +57,11 @@ class FlightState(State):
         super().__init__(rows, {"acceleration": np.zeros((3, len(rows))), "torque": np.zeros((3, len(rows)))})
         self.turns: dict[int, tuple[int, tuple[float, ...]]] = {}
         """By serial number: the version and constants of a free rotation."""
-        self.facts: tuple[int, float | None, list[float | None], list[int]] | None = None
-        """At a count of changes: the clock all rows share, the components of acceleration they share, the rows that turn."""
-        self.where: slice | Rows = slice(0, 0)
+        self.facts: _Facts | None = None
 
     def locate(self) -> None:
-        """Find out whether the rows lie side by side."""
-        rows, n = self.rows, len(self.rows)
+        super().locate()
         self.facts = None
-        if n and rows[n - 1] - rows[0] == n - 1 and bool((np.diff(rows) == 1).all()):
-            self.where = slice(int(rows[0]), int(rows[0]) + n)
-        else:
-            self.where = rows
 
 
 class FlightStepper(Stepper):
@@ -79,61 +96,22 @@ class FlightStepper(Stepper):
         state.arrays["torque"][:, which] = bodies.arrays["torque"][:, rows]
         state.facts = None
 
-    def _facts(self, state: FlightState, bodies: Bodies) -> tuple[int, float | None, list[float | None], list[int]]:
-        if state.facts is not None and state.facts[0] == bodies.change:
-            return state.facts
-        where = state.where
-        base, offset = bodies.clock[0, where], bodies.clock[1, where]
-        shared: float | None = None
-        if len(base) and bool((base == base[0]).all()) and bool((offset == offset[0]).all()):
-            shared = 0.0
-        components: list[float | None] = []
-        for component in state.arrays["acceleration"]:
-            same = len(component) > 0 and bool((component == component[0]).all())
-            components.append(float(component[0]) if same else None)
-        turning = bodies.arrays["angular_velocity"][:, where].any(axis=0) | state.arrays["torque"].any(axis=0)
-        state.facts = (bodies.change, shared, components, np.flatnonzero(turning).tolist())
-        return state.facts
-
-    def _spans(self, state: FlightState, bodies: Bodies, t: Instant) -> Any:
-        """Time [s] since each row was re-based: one float if they share it, else an array."""
-        where = state.where
-        if self._facts(state, bodies)[1] is not None:
-            return elapsed(t, (float(bodies.clock[0, where][0]), float(bodies.clock[1, where][0])))
-        return _spans_since(t, bodies.clock[0, where], bodies.clock[1, where])
+    def _facts(self, state: FlightState, bodies: Bodies) -> _Facts:
+        facts = state.facts
+        if facts is None or facts.change != bodies.change:
+            facts = state.facts = _Facts(state, bodies)
+        return facts
 
     def read(self, state: State, bodies: Bodies, t: Instant, name: str, out: Array) -> None:
         assert isinstance(state, FlightState)
+        facts = self._facts(state, bodies)
         if name in ("position", "velocity"):
-            self._read_centre(state, bodies, t, name, out)
+            s: Any = elapsed(t, facts.clock) if facts.clock is not None else _spans_since(t, facts.base, facts.offset)
+            (_read_position if name == "position" else _read_velocity)(facts, s, out)
             return
-        where = state.where
-        out[...] = bodies.arrays[name][:, where]
-        for local in self._facts(state, bodies)[3]:
+        out[...] = bodies.arrays[name][:, state.where]
+        for local in facts.turning:
             out[:, local] = self.read_row(state, bodies, t, name, local)
-
-    def _read_centre(self, state: FlightState, bodies: Bodies, t: Instant, name: str, out: Array) -> None:
-        """`place` and `speed` of all rows, component by component; what all share is added as one number."""
-        where = state.where
-        s = self._spans(state, bodies, t)
-        half = 0.5 * s
-        shared = self._facts(state, bodies)[2]
-        for k in range(3):
-            x0, v0, line = bodies.arrays["position"][k, where], bodies.arrays["velocity"][k, where], out[k]
-            a = state.arrays["acceleration"][k] if shared[k] is None else shared[k]
-            still = shared[k] == 0.0
-            if name == "velocity":
-                if still:
-                    line[...] = v0
-                else:
-                    np.add(v0, s * a, out=line)
-                continue
-            if still:
-                np.multiply(v0, s, out=line)
-            else:
-                np.add(v0, half * a, out=line)
-                np.multiply(line, s, out=line)
-            np.add(line, x0, out=line)
 
     def read_row(self, state: State, bodies: Bodies, t: Instant, name: str, local: int) -> tuple[float, ...]:
         assert isinstance(state, FlightState)
@@ -184,6 +162,27 @@ class FlightStepper(Stepper):
 
 def _column(state: State, name: str, local: int) -> tuple[float, ...]:
     return tuple(state.arrays[name][:, local].tolist())
+
+
+def _read_position(facts: _Facts, s: Any, out: Array) -> None:
+    """`place` of all rows, component by component; adding an acceleration of 0 is left out, which changes no bit."""
+    half = 0.5 * s
+    for x0, v0, a, line in zip(facts.position, facts.velocity, facts.acceleration, out, strict=True):
+        if type(a) is float and a == 0.0:
+            np.multiply(v0, s, line)
+        else:
+            np.add(v0, half * a, line)
+            np.multiply(line, s, line)
+        np.add(line, x0, line)
+
+
+def _read_velocity(facts: _Facts, s: Any, out: Array) -> None:
+    """`speed` of all rows, component by component."""
+    for v0, a, line in zip(facts.velocity, facts.acceleration, out, strict=True):
+        if type(a) is float and a == 0.0:
+            line[...] = v0
+        else:
+            np.add(v0, s * a, line)
 
 
 def _spans_since(t: Instant, base: Array, offset: Array) -> Array:

@@ -116,7 +116,7 @@ class _Step:
         stored = self.bodies.arrays["force"][:, rows] / mass
         torque = self.bodies.arrays["torque"][:, rows]
         half = 0.5 * span
-        middle = self._middle(begin, rows, stored, torque, half)
+        middle = self._middle(begin, rows, torque, half)
         force, twist, reads_velocity = self.sources.evaluate(rows, later(t, half), middle)
         if reads_velocity:
             found = begin["velocity"] + half * (stored + force / mass)
@@ -124,13 +124,9 @@ class _Step:
         working = self.sources.working
         return begin | {"acceleration": stored + force / mass, "torque": torque + twist, "working": working}
 
-    def _middle(
-        self, begin: dict[str, Array], rows: Rows, stored: Array, torque: Array, half: float
-    ) -> dict[str, Array]:
-        middle = {
-            "position": begin["position"] + half * (begin["velocity"] + 0.5 * half * stored),
-            "velocity": begin["velocity"] + half * stored,
-        }
+    def _middle(self, begin: dict[str, Array], rows: Rows, torque: Array, half: float) -> dict[str, Array]:
+        # Of stored forces too only what the middle needs: so a body at rest or at its terminal speed stays there exactly.
+        middle = {"position": begin["position"] + half * begin["velocity"], "velocity": begin["velocity"]}
         middle["orientation"], middle["angular_velocity"] = self._turn(begin, rows, torque, half)
         return middle
 
