@@ -10,7 +10,18 @@ if TYPE_CHECKING:
     from xpheve import errors
     from xpheve.engine import PhysicsEngine
     from xpheve.forces import Force
-    from xpheve.laws import Column, Contact, Event, FieldLaw, Impulse, LawContainer, PairLaw, Param, PhysicalLaw, ResponseLaw
+    from xpheve.laws import (
+        Column,
+        Contact,
+        Event,
+        FieldLaw,
+        Impulse,
+        LawContainer,
+        PairLaw,
+        Param,
+        PhysicalLaw,
+        ResponseLaw,
+    )
     from xpheve.laws import conditions as when
     from xpheve.objects import PhysicalObject
     from xpheve.plugins import hookimpl
@@ -25,7 +36,18 @@ _HOMES = {
     "hookimpl": "plugins",
     **dict.fromkeys(("Box", "Capsule", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
-        ("Column", "Contact", "Event", "FieldLaw", "Impulse", "LawContainer", "PairLaw", "Param", "PhysicalLaw", "ResponseLaw"),
+        (
+            "Column",
+            "Contact",
+            "Event",
+            "FieldLaw",
+            "Impulse",
+            "LawContainer",
+            "PairLaw",
+            "Param",
+            "PhysicalLaw",
+            "ResponseLaw",
+        ),
         "laws",
     ),
 }

@@ -186,11 +186,15 @@ class PhysicsEngine:
             where = "this engine already" if made.engine is self else "another engine"
             raise OwnershipError(f"{made!r} is in {where}; make another: type(law)(**law.parameters)")
         if made.name and any(other.name == made.name for other in self._world.laws):
-            raise InvalidValueError(f"a law named {made.name!r} is in the engine already; names are unique: choose another")
+            raise InvalidValueError(
+                f"a law named {made.name!r} is in the engine already; names are unique: choose another"
+            )
         for side in getattr(made, "between", None) or ():
             for obj in side:
                 if obj._engine is not self:
-                    raise OwnershipError(f"{made.label()}: between names {obj!r}, which is not in this engine: add it first")
+                    raise OwnershipError(
+                        f"{made.label()}: between names {obj!r}, which is not in this engine: add it first"
+                    )
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
@@ -216,7 +220,9 @@ class PhysicsEngine:
             return law
         kind = self.registry.law(law) if isinstance(law, str) else law
         if not (isinstance(kind, type) and issubclass(kind, PhysicalLaw)):
-            raise InvalidValueError(f"{law!r} is no law: give an id such as 'basic:planet_gravity', a PhysicalLaw class, or a law")
+            raise InvalidValueError(
+                f"{law!r} is no law: give an id such as 'basic:planet_gravity', a PhysicalLaw class, or a law"
+            )
         if not isinstance(law, str):
             from xpheve.plugins.spec import check_spec, spec_of
 
@@ -633,7 +639,9 @@ class PhysicsEngine:
         self._check_may_run()
         end = _number(until, "until")
         if end < self.time:
-            raise InvalidValueError(f"until = {end} s lies before the present time {self.time} s; reset() goes back to 0")
+            raise InvalidValueError(
+                f"until = {end} s lies before the present time {self.time} s; reset() goes back to 0"
+            )
         for value, name in ((dt, "dt"), (rtol, "rtol"), (atol, "atol"), (every, "every")):
             if value is not None and _number(value, name) <= 0:
                 raise InvalidValueError(f"{name} = {value}: a number above 0 is needed")
@@ -670,7 +678,9 @@ class PhysicsEngine:
         if settings.dt is not None and (world.grid is None or world.grid[1] != settings.dt):
             world.grid = (world.time, settings.dt, -1)
 
-    def _carry(self, end: Instant, every: float | None, recorder: Any, progress: Callable[[float], None] | None) -> None:
+    def _carry(
+        self, end: Instant, every: float | None, recorder: Any, progress: Callable[[float], None] | None
+    ) -> None:
         """To ``end``, with a frame each ``every``."""
         begin, k = self._world.time, 0
         while every is not None:
@@ -803,7 +813,7 @@ class PhysicsEngine:
         world = self._world
         columns = {name: np.ascontiguousarray(world.read_all(name, world.time).T) for name in STATE_WIDTHS}
         serial = world.bodies.serial[: world.bodies.count].copy()
-        return Frame(time=self.time, serial=serial, energy=tuple(self.energy()), **columns)
+        return Frame(time=self.time, serial=serial, energy=(*self.energy(),), **columns)
 
     def object_table(self) -> list[dict[str, Any]]:
         """What a record says of each object."""
@@ -827,9 +837,7 @@ class PhysicsEngine:
     def _metadata(self, every: float) -> dict[str, Any]:
         from xpheve import __version__
 
-        choices = {
-            batch.stepper.id: batch.state.count for batch in self._world.batches if batch.state.count
-        }
+        choices = {batch.stepper.id: batch.state.count for batch in self._world.batches if batch.state.count}
         return {
             "xpheve": __version__,
             "up": self.up,
@@ -883,7 +891,8 @@ class PhysicsEngine:
         from xpheve.plan.saved import revive
         from xpheve.record.checkpoint import unpack
 
-        return revive(cls, unpack(checkpoint), laws, containers, registry)
+        engine: PhysicsEngine = revive(cls, unpack(checkpoint), laws, containers, registry)
+        return engine
 
     def copy(self) -> Any:
         """An engine of its own in the same state, with copies of all objects and laws (same order, names, serial numbers)."""

@@ -27,7 +27,12 @@ class Entry:
     __slots__ = ("act", "alive", "guards", "instant", "rank", "stage")
 
     def __init__(
-        self, instant: Instant, stage: int, rank: Rank, act: Callable[[list[Entry]], None], guards: tuple[Guard, ...] = ()
+        self,
+        instant: Instant,
+        stage: int,
+        rank: Rank,
+        act: Callable[[list[Entry]], None],
+        guards: tuple[Guard, ...] = (),
     ) -> None:
         self.instant = instant
         self.stage = stage

@@ -40,9 +40,7 @@ def positive_mass(value: Any, what: str) -> float:
     except (TypeError, ValueError):
         raise InvalidValueError(f"{what} = {value!r}: a number of kilograms is needed") from None
     if not 0 < mass < math.inf:
-        raise InvalidValueError(
-            f"{what} = {mass}: a finite mass above 0 kg is needed; what never moves has fixed=True"
-        )
+        raise InvalidValueError(f"{what} = {mass}: a finite mass above 0 kg is needed; what never moves has fixed=True")
     return mass
 
 
@@ -158,15 +156,17 @@ class PhysicalObject:
 
     def __copy__(self) -> PhysicalObject:
         """A free object with the same state, columns and name, in no engine and without forces."""
-        state = {field: self._get(field) for field in FIELDS}
-        return type(self)(self.shape, fixed=self.fixed, name=self.name, **state, **self.columns)
+        state: dict[str, Any] = {field: self._get(field) for field in FIELDS}
+        return type(self)(self.shape, fixed=self.fixed, name=self.name, **(state | self.columns))
 
     # The state, read and written wherever it lives
 
     def _home(self) -> Any:
         engine = self._engine
         if engine is not None and not engine.owns(self):
-            raise StaleHandleError(f"{self!r}: its row now belongs to another object; take the handle from engine.objects")
+            raise StaleHandleError(
+                f"{self!r}: its row now belongs to another object; take the handle from engine.objects"
+            )
         return engine
 
     def _get(self, name: str) -> Any:
@@ -280,7 +280,9 @@ class PhysicalObject:
         engine = self._home()
         return () if engine is None else engine.forces_of(self)
 
-    def add_force(self, force: Force | Sequence[float], duration: float = math.inf, id: int | str | None = None) -> Force:
+    def add_force(
+        self, force: Force | Sequence[float], duration: float = math.inf, id: int | str | None = None
+    ) -> Force:
         """Let a force act from now on; returns it with its id.
 
         Raises

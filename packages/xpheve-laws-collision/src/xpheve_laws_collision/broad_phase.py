@@ -118,7 +118,7 @@ class BroadPhase:
 
     def near(self, row: int, horizon: float) -> Rows:
         """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base."""
-        partners = self.rows[(self._mask[self.rows] & self._mask[row]) != 0]
+        partners: Rows = self.rows[(self._mask[self.rows] & self._mask[row]) != 0]
         if self.world.bodies.fixed[row]:
             partners = partners[~self.world.bodies.fixed[partners]]
         partners = partners[partners != row]
@@ -214,7 +214,7 @@ class BroadPhase:
         found: list[tuple[int, int]] = []
         for number, plane in enumerate(self.planes):
             normal, level = _plane(self.world, plane)
-            low, _ = _bounds(*((normal @ one)[None, :] for one in (x, v, a)), span)
+            low, _ = _bounds((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
             reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
             joint = (self._mask[self.rows] & self._mask[plane._row]) != 0
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]

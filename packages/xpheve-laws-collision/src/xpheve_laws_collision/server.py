@@ -12,7 +12,7 @@ from xpheve.errors import ContactError, LawFailedError
 from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.kernels.vector import Vec
-from xpheve.laws import Contact, Event, Impulse
+from xpheve.laws import Contact, Event, Impulse, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
@@ -28,14 +28,13 @@ SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed for
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
 CLOSE = 1e-7  # [s]
 GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
-POINT = 0.0
 
 
 class _Point:
-    """The shape of an object that has none."""
+    """The shape of an object that has none: a sphere of radius 0."""
 
     kind = "sphere"
-    radius = POINT
+    radius = 0.0
 
 
 class Support(NamedTuple):
@@ -138,7 +137,8 @@ class ExactServer(ContactServer):
         return {
             law: since
             for law, since in self.world.mapping.laws(obj).items()
-            if law.enabled and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
+            if law.enabled
+            and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
         }
 
     # Prediction
@@ -172,7 +172,9 @@ class ExactServer(ContactServer):
         objects = world.bodies.objects
         if found is None:  # flights of a foreign stepper: ask every pair
             rows = broad.rows.tolist()
-            pairs = [(i, j) for k, i in enumerate(rows) for j in rows[k + 1 :] if not (objects[i].fixed and objects[j].fixed)]
+            pairs = [
+                (i, j) for k, i in enumerate(rows) for j in rows[k + 1 :] if not (objects[i].fixed and objects[j].fixed)
+            ]
             found = pairs, [(row, k) for row in rows for k in range(len(broad.planes))]
         else:
             self.swept = later(world.time, span) if span < np.inf else NEVER
@@ -231,7 +233,7 @@ class ExactServer(ContactServer):
             span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
         if span == math.inf:
             return NEVER
-        at = max(later(start, span), world.time)
+        at: Instant = max(later(start, span), world.time)
         guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
         held = self.queued.get(pair)
         if held is None or held.guards != guards or held.instant != at or held.act != act:
@@ -289,8 +291,7 @@ class ExactServer(ContactServer):
     # What stands: supports, what is held, what collapses
 
     def _recheck_standing(self, obj: PhysicalObject) -> None:
-        """The flight of ``obj`` is new: is it still supported, held, collapsing?"""
-        version = int(self.world.bodies.version[obj._row])
+        """See whether ``obj``, whose flight is new, is still supported, held or collapsing."""
         for pair, (end, seen) in list(self.collapsing.items()):
             if obj in pair:
                 mover = pair[0] if pair[1].fixed else pair[1]
@@ -309,7 +310,6 @@ class ExactServer(ContactServer):
         if obj.fixed:
             for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
                 self._recheck_support(ball)
-        del version
 
     def _recheck_support(self, ball: PhysicalObject) -> None:
         support = self.supports[ball]
@@ -380,7 +380,11 @@ class ExactServer(ContactServer):
             if not hold:
                 raise ContactError(
                     f"{a!r} rests on {b!r} at t = {world.time[0]} s, and "
-                    + ("has a second support" if not alone else "only a sphere on one fixed plane can rest in closed form so far")
+                    + (
+                        "has a second support"
+                        if not alone
+                        else "only a sphere on one fixed plane can rest in closed form so far"
+                    )
                     + '. Set resting="hold" on the collision law to hold such bodies in place'
                 )
             for obj in pair:
@@ -560,9 +564,7 @@ class _Listening:
     def enforce_laws(self, event: Event) -> None:
         self._container.firings += 1
         for law in self.laws:
-            own = tuple(
-                one for one in event.contacts if law in one.body_a.laws and law in one.body_b.laws
-            )
+            own = tuple(one for one in event.contacts if law in one.body_a.laws and law in one.body_b.laws)
             if own:
                 law.enforce(Event(event.time, event.condition, event.objects, own))
 
@@ -582,21 +584,19 @@ class _Instant:
     def solve(self, pairs: list[Pair]) -> None:
         """Until no touching pair approaches; then write, and see what has come apart or to rest."""
         pairs = [pair for pair in pairs if self._approach(pair) > 0.0]
+        rounds = 0
         while pairs:
             self.server.generations += 1
             self._generation(sorted(pairs, key=lambda pair: (pair[0].rank, pair[1].rank)))
             moved = {obj for pair in pairs for obj in pair if not obj.fixed}
             pairs = [pair for pair in self._around(moved, pairs) if self._approach(pair) > 0.0]
-            if self.server.generations > GENERATIONS and len(self.first) and self._endless():
+            rounds += 1
+            if rounds > GENERATIONS:
                 raise ContactError(
                     f"impacts at t = {self.world.time[0]} s do not end: "
                     + ", ".join(f"{a.label} - {b.label}" for a, b in pairs[:4])
                 )
         self._write()
-
-    def _endless(self) -> bool:
-        self.rounds = getattr(self, "rounds", 0) + 1
-        return self.rounds > GENERATIONS
 
     def _around(self, moved: set[PhysicalObject], pairs: list[Pair]) -> list[Pair]:
         """The touching pairs of bodies whose velocity changed."""
@@ -669,7 +669,7 @@ class _Instant:
             self._take_over(pairs[k], answer)
 
     def _ask(self, pair: Pair, approach: float) -> float | Impulse:
-        law = self.world.response_law(*pair)[0]
+        law: ResponseLaw = self.world.response_law(*pair)[0]
         gap = self._gap(pair)
         if pair not in self.first:
             self.first[pair] = (gap, approach)
@@ -763,7 +763,6 @@ class _Instant:
             end = later(self.world.time, flight / (1.0 - restitution))
             self.server.collapsing[pair] = (end, -1)
 
-
     def _ends_in_closed_form(self, pair: Pair) -> bool:
         """Whether ever shorter bounces of ``pair`` lead to a support: a sphere that is pressed onto a fixed plane, and onto no other."""
         family, swapped = self.server._family(*pair)
@@ -786,7 +785,9 @@ def _pair_of(entry: Entry, server: ExactServer) -> Pair:
     ranks = entry.rank
     objects = {obj.rank: obj for obj, _ in entry.guards}
     if len(objects) == 2:
-        return objects[ranks[0]], objects[ranks[1]]
+        pair = objects[ranks[0]], objects[ranks[1]]
+        server.queued.pop(pair, None)
+        return pair
     known = next(iter(objects.values()))
     for pair in server.collapsing:
         if known in pair and (pair[0].rank, pair[1].rank) == ranks:

@@ -27,7 +27,9 @@ class Condition:
 
     def __str__(self) -> str:
         shown = [
-            f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if getattr(self, f.name) not in (f.default, None)
+            f"{f.name}={getattr(self, f.name)!r}"
+            for f in fields(self)
+            if getattr(self, f.name) not in (f.default, None)
         ]
         return f"{type(self).__name__}({', '.join(shown)})"
 

@@ -38,7 +38,9 @@ class LawContainer:
     def __init__(self, condition: Condition | None = None, *, name: str = "") -> None:
         if condition is not None:
             if not isinstance(condition, Condition):
-                raise InvalidValueError(f"condition={condition!r}: give a wakeup condition such as xpheve.when.Elapsed(1.0)")
+                raise InvalidValueError(
+                    f"condition={condition!r}: give a wakeup condition such as xpheve.when.Elapsed(1.0)"
+                )
             self.condition = condition
         self.name = name
         self.laws: list[PhysicalLaw] = []

@@ -146,7 +146,9 @@ class PhysicalLaw:
     def random(self) -> Any:
         """The law's own `numpy.random.Generator`, seeded by the scene; saved by checkpoints."""
         if self.engine is None:
-            raise InvalidValueError(f"{self.label()}: random numbers come from the scene's seed; add the law to an engine")
+            raise InvalidValueError(
+                f"{self.label()}: random numbers come from the scene's seed; add the law to an engine"
+            )
         return self.engine.random_stream(self)
 
     def enforce(self, event: Event) -> None:

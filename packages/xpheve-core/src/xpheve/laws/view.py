@@ -16,31 +16,37 @@ class Batch(np.ndarray[Any, np.dtype[np.float64]]):
 
     def norm(self) -> Batch:
         """Length of each vector, shape (n, 1)."""
-        return np.sqrt(self.dot(self))
+        return _batch(np.sqrt(self.dot(self)))
 
-    def dot(self, other: Any, out: Any = None) -> Batch:
+    def dot(self, other: Any, out: Any = None) -> Batch:  # type: ignore[override]
         """Scalar product row by row, shape (n, 1)."""
         product = np.multiply(self, other)
-        return (product[:, 0:1] + product[:, 1:2]) + product[:, 2:3]
+        return _batch((product[:, 0:1] + product[:, 1:2]) + product[:, 2:3])
 
     def cross(self, other: Any) -> Batch:
         """Vector product row by row, shape (n, 3)."""
-        return np.cross(self, other).view(Batch)
+        return _batch(np.cross(self, other))
 
     @property
     def x(self) -> Batch:
         """First component, shape (n, 1)."""
-        return self[:, 0:1]
+        return _batch(self[:, 0:1])
 
     @property
     def y(self) -> Batch:
         """Second component, shape (n, 1)."""
-        return self[:, 1:2]
+        return _batch(self[:, 1:2])
 
     @property
     def z(self) -> Batch:
         """Third component, shape (n, 1)."""
-        return self[:, 2:3]
+        return _batch(self[:, 2:3])
+
+
+def _batch(values: Any) -> Batch:
+    """``values`` as a `Batch`."""
+    found: Batch = np.asanyarray(values).view(Batch)
+    return found
 
 
 STATE = frozenset({"position", "velocity", "orientation", "angular_velocity"})

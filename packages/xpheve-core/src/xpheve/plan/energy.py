@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.plan.evaluation import pairs_of
-from xpheve.steppers.contract import Array
+from xpheve.steppers.contract import Array, Rows
 
 if TYPE_CHECKING:
     from xpheve.plan.world import World
@@ -48,6 +49,11 @@ class Snapshot:
         if name not in self._held:
             self._held[name] = self.world.read_all(name, self.world.time)
         return self._held[name]
+
+    def part(self, rows: Rows, name: str) -> Array:
+        """Column ``name`` of ``rows``."""
+        found: Array = self[name][:, rows]
+        return found
 
     @property
     def mass(self) -> Array:
@@ -93,16 +99,13 @@ def _potential(world: World, shot: Snapshot) -> float:
         if isinstance(law, FieldLaw):
             rows = np.array([obj._row for obj in members if not obj.fixed], dtype=np.int64)
             if len(rows):
-                view = world.evaluator.view(law, rows, time, lambda name, rows=rows: shot[name][:, rows], reads)
+                view = world.evaluator.view(law, rows, time, partial(shot.part, rows), reads)
                 found += world.evaluator.potential(law, (view,), rows, time).tolist()
         elif isinstance(law, PairLaw):
             pairs = pairs_of(law, members)
             if pairs:
                 a, b = (np.array([pair[k]._row for pair in pairs], dtype=np.int64) for k in (0, 1))
-                views = [
-                    world.evaluator.view(law, side, time, lambda name, side=side: shot[name][:, side], reads)
-                    for side in (a, b)
-                ]
+                views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
                 found += world.evaluator.potential(law, views, a, time).tolist()
     return math.fsum(found)
 
@@ -139,9 +142,7 @@ def angular_momentum(world: World) -> Vec:
     """Sum of m x cross v + I omega [kg m^2/s] over all moving objects, about the origin, world frame."""
     shot = Snapshot(world)
     x, v = shot["position"], shot["velocity"]
-    orbital = shot.mass * np.array(
-        [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]]
-    )
+    orbital = shot.mass * np.array([x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]])
     both = np.concatenate([orbital[:, shot.moving], shot.spin()[:, shot.moving]], axis=1)
     return math.fsum(both[0].tolist()), math.fsum(both[1].tolist()), math.fsum(both[2].tolist())
 

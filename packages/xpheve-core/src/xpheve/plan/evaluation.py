@@ -75,9 +75,7 @@ class Evaluator:
         view_b = self.view(law, b, time, lambda name: state(name)[:, b], reads)
         return self._checked(law, "force", (view_a, view_b), a, time)
 
-    def _checked(
-        self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float
-    ) -> Array:
+    def _checked(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, method, views, rows, time)
         try:
             full = np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 3)).T
@@ -90,7 +88,9 @@ class Evaluator:
             bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
             obj = self.bodies.objects[int(rows[bad])]
             value = tuple(full[:, bad].tolist())
-            raise LawFailedError(f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before")
+            raise LawFailedError(
+                f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before"
+            )
         return full
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
@@ -117,9 +117,7 @@ def is_constant(reads: set[str]) -> bool:
     return not (reads & STATE) and "time" not in reads
 
 
-def pairs_of(
-    law: PairLaw, members: Sequence[PhysicalObject]
-) -> list[tuple[PhysicalObject, PhysicalObject]]:
+def pairs_of(law: PairLaw, members: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, PhysicalObject]]:
     """The pairs a pair law acts on, by rank; two fixed objects are none."""
     if law.between is None:
         found = [(a, b) for k, a in enumerate(members) for b in members[k + 1 :] if not (a.fixed and b.fixed)]
@@ -186,14 +184,22 @@ class BatchSources:
             if twist is not None:
                 torque[:, inside] += twist
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
-        for law, a, b in self.pairs:
+        for pair_law, a, b in self.pairs:
             reads = set()
-            self._add_pairs(law, a, b, rows, t, state, force, reads)
+            self._add_pairs(pair_law, a, b, rows, t, state, force, reads)
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
         return force, torque, reads_velocity
 
     def _add_pairs(
-        self, law: PairLaw, a: Rows, b: Rows, rows: Rows, t: Instant, state: dict[str, Array], force: Array, reads: set[str]
+        self,
+        law: PairLaw,
+        a: Rows,
+        b: Rows,
+        rows: Rows,
+        t: Instant,
+        state: dict[str, Array],
+        force: Array,
+        reads: set[str],
     ) -> None:
         bodies: Bodies = self.world.bodies
         place = np.full(bodies.count, -1, dtype=np.int64)

@@ -80,7 +80,11 @@ def _groups(world: World) -> list[dict[str, Any]]:
                 "because": _because(batch.signature),
                 "refused": dict(batch.choice.refusals),
                 "offers": {
-                    name: {"order": None if math.isinf(offer.order) else offer.order, "exact": offer.exact, "cost": offer.cost}
+                    name: {
+                        "order": None if math.isinf(offer.order) else offer.order,
+                        "exact": offer.exact,
+                        "cost": offer.cost,
+                    }
                     for name, offer in batch.choice.offers.items()
                 },
                 "steps": int(batch.state.numbers.get("steps", 0)),
@@ -100,7 +104,11 @@ def _finite(value: float) -> float | None:
 
 
 def _because(signature: Any) -> str:
-    torque = {"none": "no torque", "principal": "torque about a principal axis", "general": "a torque in general direction"}
+    torque = {
+        "none": "no torque",
+        "principal": "torque about a principal axis",
+        "general": "a torque in general direction",
+    }
     laws = f"laws along the way: {', '.join(signature.laws)}" if signature.laws else "stored forces only"
     return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}"
 
@@ -191,7 +199,9 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines = [f"t = {data['time']} s, {data['state']}, {data['objects']} objects, {len(data['laws'])} laws", ""]
     lines.append("who moves whom")
     for group in data["groups"]:
-        lines.append(f"  {group['stepper']}: {group['objects']} objects in {group['groups']} groups: {group['promise']}")
+        lines.append(
+            f"  {group['stepper']}: {group['objects']} objects in {group['groups']} groups: {group['promise']}"
+        )
         lines.append(f"    because: {group['because']}")
         if group["steps"]:
             lines.append(f"    steps: {group['steps']}, rejected {group['rejected']}")
@@ -199,18 +209,28 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines += ["", f"{'law':<34}{'how':<16}{'objects':>8}{'evaluations':>13}  skipped because"]
     for law in data["laws"]:
         name = f"{law['id']}{' ' + repr(law['name']) if law['name'] else ''}"
-        lines.append(f"{name:<34}{law['how']:<16}{law['objects']:>8}{law['evaluations']:>13}  {law['skipped_because'] or '-'}")
+        lines.append(
+            f"{name:<34}{law['how']:<16}{law['objects']:>8}{law['evaluations']:>13}  {law['skipped_because'] or '-'}"
+        )
     if data["conditions"]:
         lines += ["", "conditions"]
         for c in data["conditions"]:
-            lines.append(f"  {c['condition']} [{c['server']}]: fired {c['firings']} times, for {', '.join(c['laws']) or 'no law'}")
+            lines.append(
+                f"  {c['condition']} [{c['server']}]: fired {c['firings']} times, for {', '.join(c['laws']) or 'no law'}"
+            )
     if data["contacts"]:
         c = data["contacts"]
-        lines += ["", f"contacts: {c['impacts']} impacts in {c['generations']} generations, {c['predictions']} predictions"]
+        lines += [
+            "",
+            f"contacts: {c['impacts']} impacts in {c['generations']} generations, {c['predictions']} predictions",
+        ]
         lines += [f"  rests: {text}" for text in c["supports"]] + [f"  held: {text}" for text in c["held"]]
     energy = data["energy"]
     drift = "not started" if energy["drift"] is None else f"{energy['drift']:.2g} of the largest energy"
-    lines += ["", f"energy: kinetic {energy['kinetic']:.9g} J, potential {energy['potential']:.9g} J, work {energy['work']:.9g} J"]
+    lines += [
+        "",
+        f"energy: kinetic {energy['kinetic']:.9g} J, potential {energy['potential']:.9g} J, work {energy['work']:.9g} J",
+    ]
     lines.append(f"  drift of kinetic + potential - work since the start: {drift}")
     lines += [f"  work by {name}: {joules:.9g} J" for name, joules in energy["work_by"].items()]
     lines += ["", *(f"skipped: {text}" for text in data["skipped"]), f"compiled: {data['compiled']}"]

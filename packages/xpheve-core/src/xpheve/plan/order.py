@@ -26,7 +26,9 @@ def positions(laws: Iterable[PhysicalLaw]) -> dict[str, int]:
     def measure(one: str, trail: tuple[str, ...]) -> int:
         if one in trail:
             ring = " -> ".join([*trail[trail.index(one) :], one])
-            raise OrderError(f"these laws ask for an order that goes round in a ring: {ring}; drop one before= or after=")
+            raise OrderError(
+                f"these laws ask for an order that goes round in a ring: {ring}; drop one before= or after="
+            )
         if one not in depth:
             depth[one] = max((measure(other, (*trail, one)) + 1 for other in sorted(earlier.get(one, ()))), default=0)
         return depth[one]

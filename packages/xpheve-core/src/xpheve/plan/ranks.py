@@ -34,7 +34,13 @@ class Ranks:
         """Rank containers by name, id, condition and the ranks of their laws."""
         new = [container for container in containers if container not in self.container_ranks]
         new.sort(
-            key=lambda c: (not c.name, c.name, c.label(), str(c.condition), [self.law_ranks.get(law, -1) for law in c.laws])
+            key=lambda c: (
+                not c.name,
+                c.name,
+                c.label(),
+                str(c.condition),
+                [self.law_ranks.get(law, -1) for law in c.laws],
+            )
         )
         for container in new:
             self.container_ranks[container] = self._take()

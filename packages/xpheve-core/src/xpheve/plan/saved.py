@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-
 from xpheve.errors import RecordError, UnknownLawError
 from xpheve.events import Entry
 from xpheve.forces import Force
@@ -55,7 +54,9 @@ class Saved:
         try:
             json.dumps(header)
         except (TypeError, ValueError) as error:
-            raise RecordError(f"the scene holds something that cannot be saved ({error}): post plain values only") from None
+            raise RecordError(
+                f"the scene holds something that cannot be saved ({error}): post plain values only"
+            ) from None
         return header, arrays
 
 
@@ -64,7 +65,7 @@ def save(world: World, started: bool) -> Saved:
     bodies, n = world.bodies, world.bodies.count
     laws, containers = list(world.laws), list(world.containers)
     number = {law: k for k, law in enumerate(laws)}
-    owner = {None: "user", **{law: k for law, k in number.items()}}
+    owner: dict[Any, Any] = {None: "user"} | dict(number)
     header: Header = {
         "format": "xpheve checkpoint",
         "version": VERSION,
@@ -87,7 +88,15 @@ def save(world: World, started: bool) -> Saved:
         "containers": [_container(world, container, number) for container in containers],
         "objects": [_object(world, obj, number) for obj in bodies.objects],
         "forces": [
-            [obj.serial, owner.get(one.owner, "contacts"), one.force.vector, one.force.torque, one.force.id, one.until, one.accounted]
+            [
+                obj.serial,
+                owner.get(one.owner, "contacts"),
+                one.force.vector,
+                one.force.torque,
+                one.force.id,
+                one.until,
+                one.accounted,
+            ]
             for obj in bodies.objects
             for one in world.forces.on(obj)
         ],
@@ -216,10 +225,14 @@ def revive(
     """A new engine of class ``kind`` from what `save` gave, with handles of its own."""
     header, arrays = portable
     if header.get("version") != VERSION:
-        raise RecordError(f"checkpoint version {header.get('version')!r}: this xpheve reads version {VERSION}; upgrade xpheve")
+        raise RecordError(
+            f"checkpoint version {header.get('version')!r}: this xpheve reads version {VERSION}; upgrade xpheve"
+        )
     engine = kind(up=header["up"], seed=header["seed"], registry=registry)
     local_laws = {law.label(): law for law in laws}
-    local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {"LawContainer": LawContainer}
+    local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {
+        "LawContainer": LawContainer
+    }
     made_laws = [_revive_law(engine, entry, local_laws) for entry in header["laws"]]
     made_containers = [_revive_container(engine, entry, local_containers) for entry in header["containers"]]
     objects = [_revive_object(entry, arrays, row) for row, entry in enumerate(header["objects"])]
@@ -227,13 +240,18 @@ def revive(
     engine._started = header["started"]
     if header.get("authored"):
         first = header["authored"]
-        of_first = {name.removeprefix("authored."): array for name, array in arrays.items() if name.startswith("authored.")}
+        of_first = {
+            name.removeprefix("authored."): array for name, array in arrays.items() if name.startswith("authored.")
+        }
         serials = {obj.serial: obj for obj in objects}
         known = {entry["serial"]: law for entry, law in zip(header["laws"], made_laws, strict=True)}
         engine._authored = Saved(
             first,
             of_first,
-            [serials.get(entry["serial"]) or _revive_object(entry, of_first, k) for k, entry in enumerate(first["objects"])],
+            [
+                serials.get(entry["serial"]) or _revive_object(entry, of_first, k)
+                for k, entry in enumerate(first["objects"])
+            ],
             [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]],
             [_revive_container(engine, entry, local_containers) for entry in first["containers"]],
         )
@@ -244,7 +262,9 @@ def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]])
     kind = local.get(entry["id"])
     if kind is None:
         if ":" not in entry["id"]:
-            raise UnknownLawError(f"the checkpoint needs the law class {entry['id']}, of no pack: restore(..., laws=[{entry['id']}])")
+            raise UnknownLawError(
+                f"the checkpoint needs the law class {entry['id']}, of no pack: restore(..., laws=[{entry['id']}])"
+            )
         kind = engine.registry.law(entry["id"])
     law = kind(name=entry["name"], enabled=entry["enabled"], **entry["parameters"])
     law.state = dict(entry["state"])
@@ -361,9 +381,7 @@ def _build_laws(
         engine._serve_contacts()
 
 
-def _build_bodies(
-    engine: Any, world: World, header: Header, arrays: Arrays, objects: Sequence[PhysicalObject]
-) -> None:
+def _build_bodies(engine: Any, world: World, header: Header, arrays: Arrays, objects: Sequence[PhysicalObject]) -> None:
     bodies, n = world.bodies, len(objects)
     bodies.reserve(n)
     bodies.count = n
@@ -381,7 +399,9 @@ def _build_bodies(
     bodies.change += 1
 
 
-def _build_mapping(world: World, header: Header, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]) -> None:
+def _build_mapping(
+    world: World, header: Header, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]
+) -> None:
     for obj, entry in zip(objects, header["objects"], strict=True):
         for number, since in entry["laws"]:
             world.mapping.add(obj, laws[number], tuple(since))
@@ -399,7 +419,9 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         if choice is None:
             choice = world.choices[signature] = choose(signature, world._steppers())
         if choice.stepper.id != ident:
-            raise RecordError(f"the checkpoint was made with the stepper {ident}, which is not at hand: install its pack")
+            raise RecordError(
+                f"the checkpoint was made with the stepper {ident}, which is not at hand: install its pack"
+            )
         rows = arrays[f"batch{k}.rows"].astype(np.int64)
         state = choice.stepper.start(rows, world.bodies, world.time, None)
         state.numbers = dict(numbers)

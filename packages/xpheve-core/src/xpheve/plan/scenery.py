@@ -22,14 +22,22 @@ def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], 
         if not isinstance(obj, PhysicalObject):
             raise InvalidValueError(f"{obj!r} is no PhysicalObject")
         if obj._engine is not None or id(obj) in seen:
-            where = "this engine" if obj._engine is engine else "another engine" if obj._engine is not None else "the list twice"
+            where = (
+                "this engine"
+                if obj._engine is engine
+                else "another engine"
+                if obj._engine is not None
+                else "the list twice"
+            )
             raise OwnershipError(
                 f"{obj!r} is in {where} already; an object is in one engine once: remove it there, or copy.copy it"
             )
         seen.add(id(obj))
         if obj.name:
             if obj.name in names:
-                raise InvalidValueError(f"an object named {obj.name!r} is in the engine already; names are unique: choose another")
+                raise InvalidValueError(
+                    f"an object named {obj.name!r} is in the engine already; names are unique: choose another"
+                )
             names.add(obj.name)
         _check_values(obj, laws)
     for law in laws:
@@ -182,7 +190,9 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
         for obj in objects:
             world.mark(obj)
         _forget_sources(world, law)
-    elif isinstance(law, ResponseLaw) or any(c.condition and c.condition.served_by == "contacts" for c in law.containers):
+    elif isinstance(law, ResponseLaw) or any(
+        c.condition and c.condition.served_by == "contacts" for c in law.containers
+    ):
         with world.instant() as transaction:
             transaction.refresh.update(objects)
 
@@ -262,6 +272,3 @@ def remove_container(world: World, container: LawContainer) -> None:
     world.timers.pop(container, None)
     world.spent.discard(container)
     container.engine = None
-
-
-

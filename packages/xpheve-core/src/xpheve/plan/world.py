@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import ContactError, LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, START, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
-from xpheve.kernels.clock import NEVER, START as ZERO, Instant, multiple
+from xpheve.kernels.clock import NEVER, Instant, multiple
+from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
@@ -222,7 +224,11 @@ class World:
     # Work of what has no potential
 
     def _account(
-        self, obj: PhysicalObject, held: dict[str, tuple[float, ...]], clock: Instant, flown: dict[str, tuple[float, ...]]
+        self,
+        obj: PhysicalObject,
+        held: dict[str, tuple[float, ...]],
+        clock: Instant,
+        flown: dict[str, tuple[float, ...]],
     ) -> None:
         """Add the work that the stored forces of ``obj`` without potential did over the flight that ends now."""
         transaction = self.transaction
@@ -290,9 +296,7 @@ class World:
     def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
         """One more step of ``batch``."""
         before = self._snapshot(batch)
-        stop = batch.stepper.advance(
-            batch.state, self.bodies, need, wall, self.settings, self.sources(batch)
-        )
+        stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, self.sources(batch))
         self._after_step(batch, before)
         if stop.rows:
             self.bodies.version[list(stop.rows)] += 1
@@ -409,9 +413,7 @@ class World:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
         reads: set[str] = set()
         rows = np.array([obj._row for obj in objects], dtype=np.int64)
-        force, torque = self.evaluator.field(
-            law, rows, self.time[0], lambda name: self.read_rows(rows, name), reads
-        )
+        force, torque = self.evaluator.field(law, rows, self.time[0], lambda name: self.read_rows(rows, name), reads)
         if not is_constant(reads):
             self.constant.pop(law, None)
             return False
@@ -575,15 +577,17 @@ class World:
                     if condition.at == "middle":
                         middle = multiple(self.time, 1, 0.5 * event.dt)
                         rank = (1, self.posts, self.ranks.container_ranks.get(container, 0))
-                        transaction.later.append(
-                            lambda c=container, e=event, t=middle, r=rank: self.schedule(t, START, r, _Delivery(self, c, e))
-                        )
+                        entry = Entry(middle, START, rank, _Delivery(self, container, event))
+                        transaction.later.append(partial(self._push, entry))
                     else:
                         self._step_laws(container, event)
             if self.contacts is not None and any(
                 isinstance(c.condition, when.ContactStay) for c in self.host_step_listeners()
             ):
                 self.contacts.host_step()
+
+    def _push(self, entry: Entry) -> None:
+        self.queue.push(entry)
 
     def _step_laws(self, container: LawContainer, event: Event) -> None:
         """Fire at the beginning of a step, reading at its middle; what a law stored last time and not now is withdrawn."""
@@ -622,7 +626,12 @@ class World:
         return all(obj._row >= 0 and version[obj._row] == seen for obj, seen in entry.guards)
 
     def schedule(
-        self, instant: Instant, stage: int, rank: Rank, act: Callable[[list[Entry]], None], guards: tuple[Guard, ...] = ()
+        self,
+        instant: Instant,
+        stage: int,
+        rank: Rank,
+        act: Callable[[list[Entry]], None],
+        guards: tuple[Guard, ...] = (),
     ) -> Entry:
         """Put something into the queue."""
         return self.queue.push(Entry(instant, stage, rank, act, guards))
@@ -644,7 +653,9 @@ class World:
             busy = busy + 1 if due == last else 0
             last = due
             if busy > BUSY_INSTANT:
-                raise StateError(f"more than {BUSY_INSTANT} events at t = {due[0]} s: laws that wake one another without end?")
+                raise StateError(
+                    f"more than {BUSY_INSTANT} events at t = {due[0]} s: laws that wake one another without end?"
+                )
             self.happen(due)
             if self.stopped():
                 return
@@ -694,9 +705,10 @@ class World:
                 transaction.touch(obj)
                 held.remove(stored)
                 transaction.forced.add(obj)
+                ident = stored.force.id
                 self.tell(
                     when.ForceExpired,
-                    lambda container, condition, stored=stored: condition.id in (None, stored.force.id),
+                    partial(_asks_for, ident),
                     Event(self.time[0], objects=(obj,), id=stored.force.id, force=stored.force),
                 )
 
@@ -722,7 +734,9 @@ class World:
         found = [c for c in self.containers if isinstance(c.condition, kind) and c not in self.spent and c.laws]
         return sorted(found, key=lambda c: self.ranks.container_ranks.get(c, 0))
 
-    def put_reaction(self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None) -> None:
+    def put_reaction(
+        self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None
+    ) -> None:
         """Store (or, with None, withdraw) a reaction force of the contact server on ``obj``."""
         with self.instant() as transaction:
             transaction.touch(obj)
@@ -787,6 +801,11 @@ class _ForceEnd:
 
     def __call__(self, entries: list[Entry]) -> None:
         self.world.end_forces([(self.obj, self.stored)])
+
+
+def _asks_for(ident: Any, container: LawContainer, condition: Any) -> bool:
+    """Whether a condition with an id waits for ``ident``."""
+    return condition.id in (None, ident)
 
 
 def _identity(act: Callable[[list[Entry]], None]) -> int:

@@ -23,7 +23,8 @@ def pack(portable: Portable) -> bytes:
     header, arrays = portable
     text = np.frombuffer(json.dumps(header, allow_nan=True).encode(), dtype=np.uint8)
     buffer = io.BytesIO()
-    np.savez(buffer, header=text, **{f"array.{name}": array for name, array in arrays.items()})
+    named: dict[str, Any] = {f"array.{name}": array for name, array in arrays.items()}
+    np.savez(buffer, header=text, **named)
     return buffer.getvalue()
 
 
@@ -45,7 +46,9 @@ def unpack(checkpoint: bytes | str | os.PathLike[str]) -> Portable:
             header = json.loads(archive["header"].tobytes().decode())
             arrays = {name.removeprefix("array."): archive[name] for name in archive.files if name != "header"}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, UnicodeDecodeError) as error:
-        raise RecordError(f"{where} is no whole checkpoint of xpheve ({error}); take one with engine.checkpoint(path)") from None
+        raise RecordError(
+            f"{where} is no whole checkpoint of xpheve ({error}); take one with engine.checkpoint(path)"
+        ) from None
     if not isinstance(header, dict) or header.get("format") != "xpheve checkpoint":
         raise RecordError(f"{where} is no checkpoint of xpheve; take one with engine.checkpoint(path)")
     return header, arrays

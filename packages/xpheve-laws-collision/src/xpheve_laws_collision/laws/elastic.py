@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import ClassVar
 
 from xpheve.laws import Column, Contact, Param, ResponseLaw
@@ -20,7 +21,13 @@ def _geometric(a: float, b: float) -> float:
     return a if a == b else math.sqrt(a * b)
 
 
-RULES = {"average": _averaged, "minimum": min, "maximum": max, "multiply": _multiplied, "geometric": _geometric}
+RULES: dict[str, Callable[[float, float], float]] = {
+    "average": _averaged,
+    "minimum": min,
+    "maximum": max,
+    "multiply": _multiplied,
+    "geometric": _geometric,
+}
 
 
 class Elastic(ResponseLaw):

@@ -25,7 +25,7 @@ class Mover(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """How two shapes stand at an instant: separation [m] and its first and second rate, unit normal from a to b, point [m];
+    """How two shapes stand at an instant: separation [m] and its two rates, unit normal from a to b, point [m].
 
     ``touch`` [m] and ``still`` [m/s] are what counts as none.
     """

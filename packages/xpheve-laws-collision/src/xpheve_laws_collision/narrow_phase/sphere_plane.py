@@ -22,9 +22,7 @@ class SpherePlane:
         touch = TOUCH * radius + ULPS * (norm(a.position) + norm(b.position) + abs(b.shape.offset))
         point = sub(a.position, scale(outward, height))
         normal = (-outward[0], -outward[1], -outward[2])
-        return Gap(
-            height - radius, speed, dot(outward, a.acceleration), normal, point, touch, STILL * norm(a.velocity)
-        )
+        return Gap(height - radius, speed, dot(outward, a.acceleration), normal, point, touch, STILL * norm(a.velocity))
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         return sphere_plane(gap.separation, gap.speed, gap.acceleration, gap.touch, gap.still, horizon)
