@@ -58,7 +58,7 @@ BAD = {
     ),
     "shape of no pack": (
         BALL + 'shape = { kind = "ocean:wave" }',
-        's:4: "ocean:wave" comes from pack "ocean", which is not installed',
+        's:4: shape "ocean:wave" comes from pack "ocean", which is not installed',
     ),
     "pack's shape": (
         BALL + 'shape = { kind = "toy:ring", radius = -1 }',
@@ -166,7 +166,7 @@ BAD = {
     ),
     "no toml": (HEAD + "[[objects]\n", "s:2: this is no TOML: "),
     "torn": (HEAD + 'name = "ba', "s:2: this is no TOML: "),
-    "duplicate key": (BALL + "mass = 1\nmass = 2", "s:5: this is no TOML: Cannot overwrite a value (column 9)"),
+    "duplicate key": (BALL + "mass = 1\nmass = 2", "s:5: this is no TOML: Cannot overwrite a value"),
     "control character": (HEAD + "a = '\0'", "s:2: this is no TOML: "),
     "nested too deeply to parse": (
         HEAD + "a = " + "[" * 100_000,
@@ -183,11 +183,11 @@ BAD = {
     # Laws
     "unknown law": (
         HEAD + '[[laws]]\nid = "toy:wnd"',
-        's:3: law "toy:wnd" is not installed.\n  Did you mean "toy:wind"',
+        's:3: law "toy:wnd" is not offered by pack "toy". Did you mean "toy:wind"?',
     ),
     "law of no pack": (
         HEAD + '[[laws]]\nid = "ocean:wave"',
-        's:3: "ocean:wave" comes from pack "ocean", which is not installed',
+        's:3: law "ocean:wave" comes from pack "ocean", which is not installed',
     ),
     "law without id": (HEAD + '[[laws]]\nname = "a"', 's:2: law "a": the key id is missing'),
     "law id no text": (HEAD + "[[laws]]\nid = 3", "s:3: law 1: id = 3: a text is needed"),
@@ -300,7 +300,7 @@ BAD = {
     ),
     "container that the pack has not": (
         HEAD + '[[laws]]\nid = "toy:idle"\ncontainer = "toy:at_strat"',
-        's:4: container "toy:at_strat" is not installed.\n  Did you mean "toy:at_start"',
+        's:4: container "toy:at_strat" is not offered by pack "toy". Did you mean "toy:at_start"?',
     ),
     "container refuses": (
         HEAD + '[[laws]]\nid = "toy:idle"\ncontainer = "toy:gears"',
@@ -384,7 +384,10 @@ def test_the_first_problem_is_told_and_the_others_counted(registry: Registry) ->
     [
         ('{"xpheve": 1,\n "objects": [{"mass": NaN}]}', "s:2: NaN: finite numbers are needed"),
         ('{"xpheve": 1,\n "objects": [{"mass": -Infinity}]}', "s:2: -Infinity: finite numbers are needed"),
-        ('{"xpheve": 1,\n\n "objects": [{"mass": 1e999}]}', "s:3: object 1: mass = inf: a finite number in kg is needed"),
+        (
+            '{"xpheve": 1,\n\n "objects": [{"mass": 1e999}]}',
+            "s:3: object 1: mass = inf: a finite number in kg is needed",
+        ),
         ('{"xpheve": 1,\n "seed": 2,\n "seed": 3}', 's:3: key "seed" stands twice in one table; leave one of them'),
         ('{"xpheve": 1,\n "objects": [\n', "s:3: this is no JSON: Expecting value (column 1)"),
         ("[1]", 's:1: a scene is a table, {"xpheve": 1, ...}, not [1]'),

@@ -59,7 +59,7 @@ class Bodies:
         if self.count + rows <= self.capacity:
             return
         old, old_plain, n = self.arrays, self._plain(), self.count
-        self._allocate(max(2 * self.capacity, self.count + rows))
+        self._allocate(max(2 * self.capacity, (self.count + rows) * 9 // 8))
         for name, array in old.items():
             self.arrays[name][:, :n] = array[:, :n]
         for new, array in zip(self._plain(), old_plain, strict=True):

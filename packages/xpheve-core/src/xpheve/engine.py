@@ -182,6 +182,7 @@ class PhysicsEngine:
             Before anything changes.
         """
         made = self._make_law(law, parameters)
+        world = self._world
         if made.engine is not None:
             where = "this engine already" if made.engine is self else "another engine"
             raise OwnershipError(f"{made!r} is in {where}; make another: type(law)(**law.parameters)")
@@ -198,16 +199,11 @@ class PhysicsEngine:
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
-        world = self._world
-        serial = max(world.laws.values(), default=0) + 1
+        if holder is not None and holder.engine is None:
+            self.add_container(holder)
+        self._take_law(made)
         if holder is not None:
-            if holder.engine is None:
-                self.add_container(holder)
             holder.add_law(made)
-        world.laws[made] = serial
-        made.engine = self
-        world.structure += 1
-        world.dirty = True
         if isinstance(made, PairLaw) and made.between is not None:
             for obj in {obj: None for side in made.between for obj in side}:
                 scenery.map_law(world, obj, made)
@@ -223,7 +219,7 @@ class PhysicsEngine:
             raise InvalidValueError(
                 f"{law!r} is no law: give an id such as 'basic:planet_gravity', a PhysicalLaw class, or a law"
             )
-        if not isinstance(law, str):
+        if not isinstance(law, str) and kind.id:
             from xpheve.plugins.spec import check_spec, spec_of
 
             check_spec(spec_of(kind), kind)
@@ -234,9 +230,12 @@ class PhysicsEngine:
     ) -> LawContainer | None:
         """The container for ``law``: the one given, one of the same kind and condition, or a new one; None for laws that act all the time."""
         if isinstance(container, LawContainer):
-            if container.engine not in (None, self):
-                raise OwnershipError(f"{container!r} is in another engine")
+            if container.engine is not self:
+                self._check_container(container)
             return container
+        if container is not None and not isinstance(container, str):
+            if not (isinstance(container, type) and issubclass(container, LawContainer)):
+                raise InvalidValueError(f"container = {container!r}: give a LawContainer, its class, or its id")
         if container is None:
             if law.container:
                 container = law.container
@@ -257,12 +256,9 @@ class PhysicsEngine:
     def add_container(self, container: LawContainer) -> LawContainer:
         """Add a container; laws may be in it already or come later (`LawContainer.add_law`)."""
         world = self._world
-        if container.engine is self:
+        if isinstance(container, LawContainer) and container.engine is self:
             return container
-        if container.engine is not None:
-            raise OwnershipError(f"{container!r} is in another engine")
-        if container.condition is None and not container.is_polled:
-            raise InvalidValueError(f"{container!r} has no condition: LawContainer(condition), or override detect")
+        self._check_container(container)
         if container.condition is not None and container.condition.served_by == "contacts":
             self._serve_contacts()
         container.engine = self
@@ -271,9 +267,56 @@ class PhysicsEngine:
         world.dirty = True
         for law in container.laws:
             if law.engine is None:
-                law.engine = self
-                world.laws[law] = max(world.laws.values(), default=0) + 1
+                self._take_law(law)
         return container
+
+    def _check_container(self, container: LawContainer) -> None:
+        """Raise if ``container`` cannot be added."""
+        if not isinstance(container, LawContainer):
+            raise InvalidValueError(f"container = {container!r}: give a LawContainer")
+        if container.engine is not None:
+            raise OwnershipError(f"{container!r} is in another engine")
+        if container.condition is None and not container.is_polled:
+            raise InvalidValueError(f"{container!r} has no condition: LawContainer(condition), or override detect")
+        period = container.period
+        if (
+            container.is_polled
+            and period is not None
+            and not (isinstance(period, (int, float)) and 0 < period < math.inf)
+        ):
+            raise InvalidValueError(
+                f"{container!r}: period = {period!r}: a finite time above 0 s is needed, or None for host steps"
+            )
+        if container.name and any(other.name == container.name for other in self._world.containers):
+            raise InvalidValueError(
+                f"a container named {container.name!r} is in the engine already; names are unique: choose another"
+            )
+        for law in container.laws:
+            if law.engine not in (None, self):
+                raise OwnershipError(f"{container!r} holds {law!r}, which is in another engine")
+
+    def _take_law(self, law: PhysicalLaw) -> None:
+        """``law``, checked, is in this engine from now on."""
+        world = self._world
+        world.laws[law] = max(world.laws.values(), default=0) + 1
+        law.engine = self
+        world.structure += 1
+        world.dirty = True
+
+    def adopt_law(self, law: PhysicalLaw) -> None:
+        """``law`` is about to be put into a container of this engine: it comes along, unless it is elsewhere."""
+        if law.engine is None:
+            self._check_law_name(law)
+            self._take_law(law)
+        elif law.engine is not self:
+            raise OwnershipError(f"{law!r} is in another engine; make another: type(law)(**law.parameters)")
+        self._world.structure += 1
+
+    def _check_law_name(self, law: PhysicalLaw) -> None:
+        if law.name and any(other.name == law.name for other in self._world.laws):
+            raise InvalidValueError(
+                f"a law named {law.name!r} is in the engine already; names are unique: choose another"
+            )
 
     def _serve_contacts(self) -> None:
         """Take up the contact server of the pack that offers one."""
@@ -296,8 +339,8 @@ class PhysicsEngine:
 
     def remove_container(self, container: LawContainer) -> None:
         """Take a container out; its laws stay in the engine."""
-        if container.engine is not self:
-            raise OwnershipError(f"{container!r} is not in this engine")
+        if not isinstance(container, LawContainer) or container.engine is not self:
+            raise OwnershipError(f"{container!r} is no container of this engine")
         scenery.remove_container(self._world, container)
 
     def _own_law(self, law: PhysicalLaw | str) -> PhysicalLaw:
@@ -390,6 +433,8 @@ class PhysicsEngine:
     def write_object(self, obj: PhysicalObject, name: str, value: Any) -> None:
         """Set a property of ``obj`` at the present time."""
         world = self._world
+        if name == "inertia" and not any(value) and any(any(one.force.torque) for one in world.forces.on(obj)):
+            raise InvalidValueError(f"{obj!r}: inertia = {value} while a torque acts on it; remove the torque first")
         with world.instant() as transaction:
             transaction.write(obj, name, value)
             if name in ("mass", "inertia"):

@@ -89,7 +89,7 @@ class PhysicalObject:
         If a value is not finite, of the wrong shape, or no body could have it.
     """
 
-    __slots__ = ("__weakref__", "_columns", "_engine", "_own", "_row", "fixed", "name", "rank", "serial", "shape")
+    __slots__ = ("__weakref__", "_columns", "_engine", "_name", "_own", "_row", "fixed", "rank", "serial", "shape")
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class PhysicalObject:
         self.rank = -1
         self.shape = shape
         self.fixed = bool(fixed)
-        self.name = name
+        self._name = name
         self._columns = _check_columns(columns, label)
         mass = self._mass_of(mass, density, label)
         if inertia is None:
@@ -142,12 +142,27 @@ class PhysicalObject:
             raise InvalidValueError(f"{label}: mass = {mass} and density = {density}: give one of them")
         if self.shape is None or math.isinf(self.shape.volume):
             raise InvalidValueError(f"{label}: density = {density} needs a shape with a volume; give mass")
-        return positive_mass(density * self.shape.volume, f"{label}: density * volume")
+        return positive_mass(
+            positive_mass(density, f"{label}: density") * self.shape.volume, f"{label}: density * volume"
+        )
 
     def __repr__(self) -> str:
         label = f" {self.name!r}" if self.name else (f" #{self.serial}" if self.serial >= 0 else "")
         shape = f" {self.shape!r}" if self.shape is not None else ""
         return f"<PhysicalObject{label}{shape}{' fixed' if self.fixed else ''}>"
+
+    @property
+    def name(self) -> str:
+        """For files and listings; fixed once the object is in an engine."""
+        return self._name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        if self._engine is not None:
+            raise InvalidValueError(f"{self!r}: name = {value!r}: an object in an engine keeps its name")
+        if not isinstance(value, str):
+            raise InvalidValueError(f"{self!r}: name = {value!r}: a text is needed")
+        self._name = value
 
     @property
     def label(self) -> str:

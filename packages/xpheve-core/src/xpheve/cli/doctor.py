@@ -12,7 +12,7 @@ LIBRARIES = ("numpy", "pluggy", "pydantic", "click", "rich", "pyarrow", "matplot
 SICK = ("broken", "duplicate", "incompatible")
 
 
-@click.command("doctor")
+@click.command("doctor", short_help="Say what is installed, and what is broken.")
 @json_option
 def command(as_json: bool) -> int:
     """Import every pack and say which work; exits with 1 if something installed is broken."""

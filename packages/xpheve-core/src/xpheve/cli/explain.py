@@ -9,7 +9,7 @@ import click
 from xpheve.cli.options import Quantity, json_option, outside_option, until_option, without_option
 
 
-@click.command("explain")
+@click.command("explain", short_help="Say who serves what in a scene, and why.")
 @click.argument("scene", type=click.Path(path_type=Path))
 @until_option
 @click.option(

@@ -9,7 +9,7 @@ import click
 SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "plot": ".png", "html": ".html", "gif": ".gif"}
 
 
-@click.command("export")
+@click.command("export", short_help="Make tables, plots and animations of a record.")
 @click.argument("record", type=click.Path(path_type=Path))
 @click.argument("out", type=click.Path(path_type=Path))
 @click.option("--to", "form", type=click.Choice(list(SUFFIXES)), help="By default as the ending of OUT says.")

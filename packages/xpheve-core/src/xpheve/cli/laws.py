@@ -7,7 +7,7 @@ import click
 from xpheve.cli.options import json_option
 
 
-@click.command("laws")
+@click.command("laws", short_help="List the laws at hand.")
 @click.option("--role", default="", metavar="ROLE", help="Only laws of this role, such as gravity.")
 @json_option
 def command(role: str, as_json: bool) -> int:

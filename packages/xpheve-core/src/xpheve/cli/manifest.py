@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 
-@click.command("manifest")
+@click.command("manifest", short_help="Print, write or check the manifest of a pack.")
 @click.argument("packs", nargs=-1, metavar="PACK...")
 @click.option("--write", is_flag=True, help="Write it next to the pack's module.")
 @click.option("--check", is_flag=True, help="Exit with 1 if the one that is there is stale.")

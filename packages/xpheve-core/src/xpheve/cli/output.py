@@ -44,7 +44,9 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         from rich.table import Table
         from rich.text import Text
 
-        table = Table(*head, box=None, header_style="bold", pad_edge=False)
+        table = Table(box=None, header_style="bold", pad_edge=False)
+        for word in head:
+            table.add_column(Text(word))
         for row in rows:
             table.add_row(*(Text(cell) for cell in row))
         Console().print(table)

@@ -17,7 +17,7 @@ FRAMES = 500  # of a record whose scene does not say: enough for a plot, and for
 SHOWN = 20  # objects in the table that is printed
 
 
-@click.command("run")
+@click.command("run", short_help="Run a scene.")
 @click.argument("scene", type=click.Path(path_type=Path))
 @until_option
 @click.option(

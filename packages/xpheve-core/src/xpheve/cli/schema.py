@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 
-@click.command("schema")
+@click.command("schema", short_help="Print the JSON schema of scene files.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE", help="Write it there instead.")
 def command(out: Path | None) -> None:
     """Print the JSON schema of scene files, with the parameters of all installed laws."""

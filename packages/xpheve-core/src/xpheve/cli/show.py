@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from xpheve.plugins.spec import ParamSpec
 
 
-@click.command("show")
+@click.command("show", short_help="Show a law's card, or what is in a file.")
 @click.argument("what", metavar="ID_OR_FILE")
 @json_option
 def command(what: str, as_json: bool) -> None:

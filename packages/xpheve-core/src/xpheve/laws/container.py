@@ -66,6 +66,8 @@ class LawContainer:
             If the law is not of the kind or role that the container takes.
         """
         self.check(law)
+        if self.engine is not None:
+            self.engine.adopt_law(law)
         if law not in self.laws:
             self.laws.append(law)
             law.containers.append(self)

@@ -92,7 +92,7 @@ class PhysicalLaw:
                     f"{label} has no parameter {key!r}; it has: {', '.join(self.params) or 'none'}."
                     + did_you_mean(key, list(self.params))
                 )
-        self.name = name
+        self._name = name
         self._enabled = bool(enabled)
         self.parameters: dict[str, Any] = {
             key: param.check(parameters[key], label) if key in parameters else param.default
@@ -105,6 +105,17 @@ class PhysicalLaw:
         self.evaluations = 0
         """How often the law was evaluated: calls of its method, each for all the objects concerned."""
         self.engine: LawHost | None = None
+
+    @property
+    def name(self) -> str:
+        """For listings and scene files; fixed once the law is in an engine."""
+        return self._name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        if self.engine is not None:
+            raise InvalidValueError(f"{self!r}: name = {value!r}: a law in an engine keeps its name")
+        self._name = value
 
     @classmethod
     def label(cls) -> str:
@@ -233,8 +244,7 @@ class PairLaw(ContinuousLaw):
         super().__init__(name=name, enabled=enabled, **parameters)
         self.between: tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]] | None = None
         if between is not None:
-            these, those = (tuple(side) if isinstance(side, Iterable) else (side,) for side in between)
-            self.between = (these, those)
+            self.between = _sides(between, type(self).label())
 
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair, shape (pairs, 3), world frame; its opposite acts on ``b``."""
@@ -243,6 +253,20 @@ class PairLaw(ContinuousLaw):
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")
+
+
+def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]]:
+    """``between`` as two tuples of objects."""
+    from xpheve.objects import PhysicalObject
+
+    try:
+        these, those = (side if isinstance(side, Iterable) else (side,) for side in between)
+        sides = tuple(these), tuple(those)
+    except (TypeError, ValueError):
+        sides = ((None,), (None,))
+    if not all(isinstance(obj, PhysicalObject) for side in sides for obj in side):
+        raise InvalidValueError(f"{label}: between = {between!r}: two objects, or two lists of objects, are needed")
+    return sides
 
 
 class Impulse:

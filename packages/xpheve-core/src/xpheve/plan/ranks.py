@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -56,12 +55,12 @@ class Ranks:
         rows = np.array([obj._row for obj in objects])
         names = (*STATE_WIDTHS, *AUTHORED_WIDTHS)
         state = np.concatenate([bodies.arrays[name][:, rows] for name in names]).T.copy()
-        shapes: dict[Any, str] = {}
+        shapes: dict[int, str] = {}
         keys = []
         for obj, values in zip(objects, state, strict=True):
-            shape = shapes.get(obj.shape)
+            shape = shapes.get(id(obj.shape))
             if shape is None:
-                shape = shapes[obj.shape] = repr(obj.shape)
+                shape = shapes[id(obj.shape)] = repr(obj.shape)
             laws = sorted(self.law_ranks[law] for law in mapping.laws(obj))
             columns = sorted(obj._columns.items()) if obj._columns else []
             keys.append((not obj.name, obj.name, values.tobytes(), columns, shape, laws, obj.serial))

@@ -16,7 +16,8 @@ from xpheve.plan.world import World
 
 def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]) -> None:
     """Raise if one of ``objects`` cannot be added with ``laws``."""
-    names = {obj.name for obj in world.bodies.objects if obj.name}
+    named = any(isinstance(obj, PhysicalObject) and obj.name for obj in objects)
+    names = {obj.name for obj in world.bodies.objects if obj.name} if named else set()
     seen: set[int] = set()
     for obj in objects:
         if not isinstance(obj, PhysicalObject):

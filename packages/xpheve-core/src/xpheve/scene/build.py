@@ -324,11 +324,10 @@ class _Building:
             param = kind.params.get(key)
             if param is None:
                 own = [name for name in LawTable.model_fields if name != "id"]
-                raise self.source.error(
-                    path,
-                    f"unknown parameter {key}.{near(key, [*kind.params, *own])} "
-                    f"It has: {', '.join(kind.params) or 'none'}",
-                )
+                at, owner = self.source.at(where), self.source.owner(where)[0]
+                hint = near(key, [*kind.params, *own])
+                has = ", ".join(kind.params) or "none"
+                raise SceneError(f"{at}: {owner}: unknown parameter {key}.{hint} It has: {has}")
             if value == "none" and param.optional and param.kind != "text":
                 found[key] = None
                 continue

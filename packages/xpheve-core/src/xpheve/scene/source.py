@@ -25,7 +25,9 @@ def form_of(path: str | os.PathLike[str]) -> str:
     """``"toml"`` or ``"json"``, by the end of the name; raises `SceneError`."""
     suffix = Path(path).suffix.lower()
     if suffix not in _FORMS:
-        raise SceneError(f"{os.fspath(path)}: scene files end in .toml or .json, not {suffix or 'in nothing'!r}")
+        raise SceneError(
+            f"{os.fspath(path)}: scene files end in .toml or .json, not {repr(suffix) if suffix else 'in nothing'}"
+        )
     return _FORMS[suffix]
 
 
@@ -89,7 +91,8 @@ class Source:
             if at:
                 where, said = f"{self.name}:{at[1]}", f"{said[: at.start()]} (column {at[2]})"
             elif said.endswith(" (at end of document)"):
-                where = f"{self.name}:{self.text.count(chr(10)) + 1}"
+                where = f"{self.name}:{self.text.rstrip().count(chr(10)) + 1}"
+                said = said.removesuffix(" (at end of document)")
             else:
                 where = self.name
             raise SceneError(f"{where}: this is no TOML: {_clip(said, 200)}") from None
@@ -317,8 +320,8 @@ class Lines:
             else:
                 table = self._resolve(keys)
             end, self._at = self._at, start
-            if table not in self.found:
-                self._note(table)
+            for length in range(1, len(table) + 1):
+                self.found.setdefault(table[:length], self._here())
             self._at = end
 
     def _resolve(self, keys: list[str]) -> Path_:

@@ -178,14 +178,12 @@ class _Tables:
         container = law.containers[0]
         kind = type(container)
         table: Plain = {}
-        if kind.id != law.container:
-            if kind is LawContainer and law.container:
-                raise SceneError(
-                    f"{label}: it is in a plain container in place of {law.container}; give that container a name"
-                )
-            if kind is not LawContainer:
-                self._check_offered("container", container, f"{label}: container {container!r}")
+        if kind is not LawContainer:
+            self._check_offered("container", container, f"{label}: container {container!r}")
+            if kind.id != law.container:
                 table["container"] = kind.id
+        elif law.container:
+            raise SceneError(f"{label}: it is in a plain container, not in {law.container}; give that one a name")
         default = kind.condition if kind.condition is not None else law.condition
         if container.condition is not None and container.condition != default:
             table["condition"] = self._condition(container.condition, label)

@@ -48,10 +48,15 @@ class Shape:
 
 def positive(value: Any, what: str) -> float:
     """``value`` as a finite float above 0; raises `InvalidValueError` naming ``what``."""
+    length = number(value, what)
+    if not 0 < length < math.inf:
+        raise InvalidValueError(f"{what} = {length}: a finite length above 0 m is needed")
+    return length
+
+
+def number(value: Any, what: str) -> float:
+    """``value`` as a float; raises `InvalidValueError` naming ``what``."""
     try:
-        number = float(value)
+        return float(value)
     except (TypeError, ValueError):
         raise InvalidValueError(f"{what} = {value!r}: a number of metres is needed") from None
-    if not 0 < number < math.inf:
-        raise InvalidValueError(f"{what} = {number}: a finite length above 0 m is needed")
-    return number

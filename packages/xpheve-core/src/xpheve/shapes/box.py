@@ -17,7 +17,10 @@ class Box(Shape):
     __slots__ = ("size",)
 
     def __init__(self, size: Sequence[float]) -> None:
-        edges = tuple(positive(edge, "Box.size") for edge in size)
+        try:
+            edges = tuple(positive(edge, "Box.size") for edge in size)
+        except TypeError:
+            raise InvalidValueError(f"Box.size = {size!r}: three edge lengths are needed") from None
         if len(edges) != 3:
             raise InvalidValueError(f"Box.size = {edges}: three edge lengths are needed")
         self.size: Vec = (edges[0], edges[1], edges[2])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from xpheve.errors import InvalidValueError
-from xpheve.shapes.base import Shape, Vec
+from xpheve.shapes.base import Shape, Vec, number
 
 
 class Plane(Shape):
@@ -31,7 +31,7 @@ class Plane(Shape):
 
     def __init__(self, normal: Sequence[float] | None = None, offset: float = 0.0) -> None:
         self.normal: Vec | None = None if normal is None else _unit(normal)
-        self.offset = float(offset)
+        self.offset = number(offset, "Plane.offset")
         if not math.isfinite(self.offset):
             raise InvalidValueError(f"Plane.offset = {offset!r}: a finite length [m] is needed")
 
@@ -52,8 +52,11 @@ class Plane(Shape):
 
 
 def _unit(normal: Sequence[float]) -> Vec:
-    values = tuple(float(component) for component in normal)
-    largest = max(map(abs, values), default=0.0)
+    try:
+        values = tuple(float(component) for component in normal)
+    except (TypeError, ValueError):
+        raise InvalidValueError(f"Plane.normal = {normal!r}: three numbers are needed") from None
+    largest = max(map(abs, values), default=0.0) if all(map(math.isfinite, values)) else math.nan
     if len(values) != 3 or not 0 < largest < math.inf:
         raise InvalidValueError(f"Plane.normal = {values}: three finite numbers, not all 0, are needed")
     scaled = [component / largest for component in values]
