@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
 import mujoco
@@ -32,18 +33,33 @@ def _tuned(scene: Ball, dt: float) -> tuple[Any, str]:
     if scene.restitution is None:
         return _model(scene, dt, option, ""), "RK4"
     best: tuple[float, Any, str] | None = None
-    for steps in STEPS_OF_A_CONTACT:
+    for steps, ratio in product(STEPS_OF_A_CONTACT, damping_ratios(scene.restitution)):
         omega = math.pi / (steps * dt)
-        loss = -math.log(scene.restitution) if scene.restitution > 0 else 40.0
-        damping = 2.0 * omega * loss / math.hypot(math.pi, loss)
-        model = _model(scene, dt, option, f'solref="{-(omega**2)!r} {-damping!r}" solimp="{HARD}"')
+        contact = f'solref="{-(omega**2)!r} {-2.0 * ratio * omega!r}" solimp="{HARD}"'
+        model = _model(scene, dt, option, contact)
         data = mujoco.MjData(model)
         mujoco.mj_step(model, data, nstep=round(scene.span / dt))
         error, _ = scene.errors(data.qpos[:3], data.qvel[:3])
         if best is None or error < best[0]:
-            best = (error, model, f"RK4, a contact of {steps} steps: the best of {len(STEPS_OF_A_CONTACT)}")
+            best = (error, model, f"RK4; the best of {len(STEPS_OF_A_CONTACT)} stiffnesses: a contact of {steps} steps")
     assert best is not None
     return best[1], best[2]
+
+
+def damping_ratios(restitution: float) -> list[float]:
+    """Damping of a spring that gives a contact its restitution, over the critical one.
+
+    Two are tried: that of a spring let go where it has its length again, and that of one that only pushes and is let go earlier.
+    """
+    if restitution >= 1.0:
+        return [0.0]
+    loss = -math.log(max(restitution, 1e-9))
+    low, high = 0.0, 0.7
+    while high - low > 1e-12:  # of a spring that only pushes: restitution = exp(-z phase / sqrt(1 - z^2))
+        z = 0.5 * (low + high)
+        phase = math.pi - math.atan2(2.0 * z * math.sqrt(1.0 - z * z), 1.0 - 2.0 * z * z)
+        low, high = (z, high) if z * phase / math.sqrt(1.0 - z * z) < loss else (low, z)
+    return [loss / math.hypot(math.pi, loss), 0.5 * (low + high)]
 
 
 def _model(scene: Ball, dt: float, option: str, contact: str) -> Any:

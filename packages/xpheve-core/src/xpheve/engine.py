@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, BodiesView
-from xpheve.errors import InvalidValueError, OwnershipError, StateError, UnknownLawError
+from xpheve.errors import (
+    InvalidValueError,
+    LawDefinitionError,
+    LawFailedError,
+    OwnershipError,
+    StateError,
+    UnknownLawError,
+)
 from xpheve.forces import Force
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw
@@ -213,12 +220,16 @@ class PhysicsEngine:
         if isinstance(law, PhysicalLaw):
             if parameters:
                 raise InvalidValueError(f"{law!r} is made already; set {', '.join(parameters)} on it before adding")
+            if not law.is_concrete():
+                raise LawDefinitionError(f"{law!r} says nothing yet: write its force, respond or enforce_this_law")
             return law
         kind = self.registry.law(law) if isinstance(law, str) else law
         if not (isinstance(kind, type) and issubclass(kind, PhysicalLaw)):
             raise InvalidValueError(
                 f"{law!r} is no law: give an id such as 'basic:planet_gravity', a PhysicalLaw class, or a law"
             )
+        if not kind.is_concrete():
+            raise LawDefinitionError(f"{kind.__name__} says nothing yet: write its force, respond or enforce_this_law")
         if not isinstance(law, str) and kind.id:
             from xpheve.plugins.spec import check_spec, spec_of
 
@@ -265,6 +276,8 @@ class PhysicsEngine:
         world.structure += 1
         world.containers.append(container)
         world.dirty = True
+        if world.transaction is not None:
+            world.transaction.undo.append(lambda: scenery.remove_container(world, container))
         for law in container.laws:
             if law.engine is None:
                 self._take_law(law)
@@ -302,6 +315,8 @@ class PhysicsEngine:
         law.engine = self
         world.structure += 1
         world.dirty = True
+        if world.transaction is not None:
+            world.transaction.undo.append(lambda: scenery.forget_law(world, law))
 
     def adopt_law(self, law: PhysicalLaw) -> None:
         """``law`` is about to be put into a container of this engine: it comes along, unless it is elsewhere."""
@@ -335,13 +350,14 @@ class PhysicsEngine:
 
     def remove_law(self, law: PhysicalLaw | str) -> None:
         """Take a law out with its mappings; forces it stored are withdrawn."""
-        scenery.remove_law(self._world, self._own_law(law))
+        found = self._own_law(law)
+        self._structurally(lambda: scenery.remove_law(self._world, found) if found.engine is self else None)
 
     def remove_container(self, container: LawContainer) -> None:
         """Take a container out; its laws stay in the engine."""
         if not isinstance(container, LawContainer) or container.engine is not self:
             raise OwnershipError(f"{container!r} is no container of this engine")
-        scenery.remove_container(self._world, container)
+        self._structurally(lambda: scenery.remove_container(self._world, container))
 
     def _own_law(self, law: PhysicalLaw | str) -> PhysicalLaw:
         found = self.law(law) if isinstance(law, str) else law
@@ -547,7 +563,7 @@ class PhysicsEngine:
         before, world.acting = world.acting, law
         kept = {key: list(value) if isinstance(value, list) else value for key, value in law.state.items()}
         if world.transaction is not None:
-            world.transaction.undo.append(lambda: law.state.update(kept))
+            world.transaction.undo.append(lambda: _put_state(law, kept))
         try:
             yield
         except BaseException:
@@ -665,7 +681,6 @@ class PhysicsEngine:
         try:
             self._running = True
             self._state = "running"
-            self._world.plan()
             if every is not None:
                 from xpheve.record import Recorder
 
@@ -675,7 +690,9 @@ class PhysicsEngine:
             self._running = False
             if self._state == "running":
                 self._state = "ready"
-            found = recorder.close() if recorder is not None else None
+            failed = {law.label(): what for law, what in self._world.failed.items()}
+            note = {"disabled_by_error": failed} if failed else None
+            found = recorder.close(note) if recorder is not None else None
         return found
 
     def _check_run(
@@ -715,7 +732,12 @@ class PhysicsEngine:
         """What happens once before time passes."""
         world = self._world
         if not self._started:
-            world.plan()
+            try:
+                world.plan()
+            except LawFailedError as error:
+                world.give_up(error)
+                self._begin(settings)
+                return
             self._authored = self._save()
             self._started = True
             world.tell(when.Started, lambda container, condition: True, Event(self.time, objects=()))
@@ -760,8 +782,12 @@ class PhysicsEngine:
             world.pass_time(start, self._next_host_step)
             if self._state != "running":
                 return False
-            world.plan()
-            world.host_step(done + 1, dt)
+            try:
+                world.plan()
+                world.host_step(done + 1, dt)
+            except LawFailedError as error:
+                world.give_up(error)
+                continue
             world.grid = (origin, dt, done + 1)
             if self._state != "running":
                 return False
@@ -798,7 +824,14 @@ class PhysicsEngine:
         """Stand still until `resume`; a handler that calls it stops the run after the present instant."""
         if self._state not in ("ready", "running"):
             raise StateError(f"suspend: the engine is {self._state}")
-        self._state = "suspended"
+        self._change_state("suspended")
+
+    def _change_state(self, state: str) -> None:
+        """Go to ``state``; taken back with the rest if the handler that asked for it fails."""
+        before, transaction = self._state, self._world.transaction
+        if transaction is not None:
+            transaction.undo.append(lambda: setattr(self, "_state", before))
+        self._state = state
 
     def resume(self) -> None:
         """Allow time to pass again after `suspend`."""
@@ -808,7 +841,7 @@ class PhysicsEngine:
 
     def terminate(self) -> None:
         """End for good: nothing runs until `reset`. The state can still be read."""
-        self._state = "terminated"
+        self._change_state("terminated")
 
     def reset(self) -> None:
         """Back to time 0 and the scene as it was when it was first started.
@@ -889,7 +922,6 @@ class PhysicsEngine:
             "seed": self.seed,
             "every": every,
             "steppers": choices,
-            "disabled_by_error": [law.label() for law in self._world.laws if getattr(law, "failed", False)],
         }
 
     # Saving
@@ -972,6 +1004,12 @@ def _put_law(law: PhysicalLaw, what: str, value: Any) -> None:
         law._enabled = value
     else:
         law.parameters[what] = value
+
+
+def _put_state(law: PhysicalLaw, kept: dict[str, Any]) -> None:
+    """Give ``law`` back the state it had."""
+    law.state.clear()
+    law.state.update(kept)
 
 
 def _number(value: Any, name: str) -> float:

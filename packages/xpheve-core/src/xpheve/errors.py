@@ -71,7 +71,11 @@ class ConflictError(XpheveError):
 
 
 class LawFailedError(XpheveError, RuntimeError):
-    """A law that raised, or gave a value that is not finite, while the engine ran."""
+    """A law that raised, or gave a value that is not finite, while the engine ran; ``law`` is that law."""
+
+    def __init__(self, message: str, law: object = None) -> None:
+        super().__init__(message)
+        self.law = law
 
 
 class NoStepperError(XpheveError):

@@ -27,6 +27,7 @@ Pair = tuple[PhysicalObject, PhysicalObject]
 SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
 CLOSE = 1e-7  # [s]
+TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks")
 GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
 
 
@@ -62,6 +63,8 @@ class ExactServer(ContactServer):
         self.held: dict[PhysicalObject, None] = {}
         self.collapsing: dict[Pair, tuple[Instant, int]] = {}
         self.streaks: dict[PhysicalObject, tuple[int, Instant]] = {}
+        self.parting: list[tuple[Pair, Gap, float]] = []
+        """Pairs that came apart at this instant, still to be told."""
         self.queued: dict[Pair, Entry] = {}
         """The last entry of each pair, so that none is queued twice."""
         self.swept: Instant = NEVER
@@ -362,6 +365,7 @@ class ExactServer(ContactServer):
 
     def _settle(self, entries: list[Entry]) -> None:
         """Touching, still and pressed together: a support, a case that cannot be resolved yet, or held."""
+        self._keep()
         for pair in [_pair_of(entry, self) for entry in entries]:
             self.collapsing.pop(pair, None)
             self._rest(pair)
@@ -428,8 +432,22 @@ class ExactServer(ContactServer):
 
     # Meeting and parting
 
+    def _keep(self) -> None:
+        """Let the open transaction take back what changes here from now on."""
+        tables = {name: dict(getattr(self, name)) for name in TABLES}
+        counts, parting = (self.impacts, self.generations), list(self.parting)
+
+        def put_back() -> None:
+            self.parting = parting
+            for name, table in tables.items():
+                setattr(self, name, table)
+            self.impacts, self.generations = counts
+
+        self.world.transaction.undo.append(put_back)
+
     def _meet(self, entries: list[Entry]) -> None:
         """Pairs that touch without approaching, or overlap with nobody to answer."""
+        self._keep()
         begun = []
         for pair in [_pair_of(entry, self) for entry in entries]:
             gap = self._gap(pair, self.world.time)
@@ -442,6 +460,7 @@ class ExactServer(ContactServer):
 
     def _leave(self, entries: list[Entry]) -> None:
         """Pairs that come apart."""
+        self._keep()
         ended = []
         for pair in [_pair_of(entry, self) for entry in entries]:
             self._forget_pair(pair)
@@ -481,10 +500,17 @@ class ExactServer(ContactServer):
             found.append((pair, gap, -gap.speed))
         self._tell(when.ContactStay, found)
 
+    def _part(self, entries: list[Entry]) -> None:
+        """Pairs that came apart in an impact, told in the last stage of the instant."""
+        self._keep()
+        found, self.parting = self.parting, []
+        self._tell(when.ContactEnd, found)
+
     # Impacts
 
     def _impact(self, entries: list[Entry]) -> None:
         """All impacts of one instant, in generations."""
+        self._keep()
         pairs = {_pair_of(entry, self): None for entry in entries}
         passing = [pair for pair in pairs if self.world.response_law(*pair) is None]
         if passing:
@@ -515,7 +541,8 @@ class ExactServer(ContactServer):
             "held": [obj.serial for obj in self.held],
             "collapsing": [[a.serial, b.serial, end, seen] for (a, b), (end, seen) in self.collapsing.items()],
             "streaks": [[obj.serial, count, last] for obj, (count, last) in self.streaks.items()],
-            "counts": [self.impacts, self.generations, self.predictions],
+            "parting": [[a.serial, b.serial, list(gap), speed] for (a, b), gap, speed in self.parting],
+            "counts": [self.impacts, self.generations],
         }
 
     def restore(self, saved: dict[str, Any]) -> None:
@@ -531,7 +558,12 @@ class ExactServer(ContactServer):
             self.collapsing[pair] = (tuple(end), seen)
             self.world.schedule(tuple(end), IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, seen),))
         self.streaks = {by[serial]: (count, tuple(last)) for serial, count, last in saved["streaks"]}
-        self.impacts, self.generations, self.predictions = saved["counts"]
+        self.impacts, self.generations = saved["counts"]
+        for a, b, gap, speed in saved["parting"]:
+            values: list[Any] = [tuple(value) if isinstance(value, list) else value for value in gap]
+            self.parting.append(((by[a], by[b]), Gap(*values), speed))
+        if self.parting:
+            self.world.schedule(self.world.time, AFTER, (1,), self._part)
 
     def report(self) -> dict[str, Any]:
         return {
@@ -651,11 +683,11 @@ class _Instant:
             restitutions.append(answer / approach)
         some = [indices[k] for k in answered]
         along = [normals[k] for k in answered]
-        targets = wanted_speeds(some, along, velocities, restitutions)
-        impulses = solve_generation(some, inverse, along, velocities, targets)
+        targets = wanted_speeds(some, along, velocities, restitutions) if some else []
+        impulses = solve_generation(some, inverse, along, velocities, targets) if some else []
         before = [self._separation_speed(pairs[k]) for k in answered]
-        for obj, velocity in zip(bodies, apply(some, along, impulses, inverse, velocities), strict=True):
-            self.velocity[obj] = velocity
+        if some:
+            self.velocity.update(zip(bodies, apply(some, along, impulses, inverse, velocities), strict=True))
         for k, impulse, speed in zip(answered, impulses, before, strict=True):
             pair = pairs[k]
             work = 0.5 * float(impulse) * (speed + self._separation_speed(pair))
@@ -686,7 +718,8 @@ class _Instant:
         if not (isinstance(answer, (int, float)) and 0.0 <= answer < math.inf):
             raise LawFailedError(
                 f"{law.label()}.respond gave {answer!r} for {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s: "
-                "a separation speed from 0 m/s up, or an Impulse, is needed"
+                "a separation speed from 0 m/s up, or an Impulse, is needed",
+                law,
             )
         return float(answer)
 
@@ -704,7 +737,8 @@ class _Instant:
         if self._approach(pair) > 0.0:
             raise LawFailedError(
                 f"{law.label()}.respond took over the impact of {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s "
-                f"with {impulse.vector} N s, and they still approach: give an impulse on body_b along the normal that parts them"
+                f"with {impulse.vector} N s, and they still approach: give an impulse on body_b along the normal that parts them",
+                law,
             )
 
     def _count_streak(self, pair: Pair) -> None:
@@ -747,8 +781,8 @@ class _Instant:
         server._tell(when.Impact, heard)
         server._tell(when.ContactBegin, begun)
         if ended and world.listeners(when.ContactEnd):
-            now = world.time
-            world.schedule(now, AFTER, (min(p[0].rank for p, _, _ in ended),), _Parting(server, ended))
+            server.parting += ended
+            world.schedule(world.time, AFTER, (1,), server._part)
 
     def _maybe_collapse(self, pair: Pair, gap: Gap, speed: float) -> None:
         """End the bounces of a sphere on a plane in closed form once they have become too short to tell apart.
@@ -768,16 +802,6 @@ class _Instant:
         family, swapped = self.server._family(*pair)
         ball = pair[1] if swapped else pair[0]
         return family.rests and self._gap(pair).acceleration < 0.0 and ball not in self.server.supports
-
-
-class _Parting:
-    """Pairs that came apart in an impact, told in the last stage of the instant."""
-
-    def __init__(self, server: ExactServer, ended: list[tuple[Pair, Gap, float]]) -> None:
-        self.server, self.ended = server, ended
-
-    def __call__(self, entries: list[Entry]) -> None:
-        self.server._tell(when.ContactEnd, self.ended)
 
 
 def _pair_of(entry: Entry, server: ExactServer) -> Pair:

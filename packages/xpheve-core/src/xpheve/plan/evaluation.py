@@ -49,7 +49,8 @@ class Evaluator:
             known = [*STATE_WIDTHS, "mass", "inertia", "time", "up", *bodies.columns]
             raise LawFailedError(
                 f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
-                f"at hand: {', '.join(known)}.{did_you_mean(name, known)}"
+                f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
+                law,
             )
 
         return BodyView(fetch, reads, len(rows))
@@ -78,11 +79,14 @@ class Evaluator:
     def _checked(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, method, views, rows, time)
         try:
+            if np.iscomplexobj(result):
+                raise TypeError("complex")
             full = np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 3)).T
         except (ValueError, TypeError):
-            shape = np.shape(result)
+            shape = f"an array of shape {result.shape}" if isinstance(result, np.ndarray) else repr(result)[:80]
             raise LawFailedError(
-                f"{law.label()}.{method} returned an array of shape {shape}; ({len(rows)}, 3) or (3,) is needed: one vector an object"
+                f"{law.label()}.{method} returned {shape}; real numbers of shape ({len(rows)}, 3) or (3,) are needed: one vector an object",
+                law,
             ) from None
         if not np.isfinite(full).all():
             bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
@@ -103,7 +107,8 @@ class Evaluator:
                 names = ", ".join(self.bodies.objects[int(row)].label for row in rows[:3])
                 more = ", ..." if len(rows) > 3 else ""
                 raise LawFailedError(
-                    f"{law.label()}.{method} raised {type(error).__name__}: {error}; at t = {time} s for {names}{more}"
+                    f"{law.label()}.{method} raised {type(error).__name__}: {error}; at t = {time} s for {names}{more}",
+                    law,
                 ) from error
 
     def potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> NDArray[np.float64]:

@@ -254,13 +254,21 @@ def remove_law(world: World, law: PhysicalLaw) -> None:
         unmap_law(world, obj, law)
     if isinstance(law, ContinuousLaw):
         world.constant.pop(law, None)
-    world.mapping.remove_law(law)
     for container in list(law.containers):
         container.remove_law(law)
         if not container.laws and not container.name:
             remove_container(world, container)
+    forget_law(world, law)
+
+
+def forget_law(world: World, law: PhysicalLaw) -> None:
+    """``law`` is in no engine any more."""
+    world.mapping.remove_law(law)
+    for container in list(law.containers):
+        container.remove_law(law)
     del world.laws[law]
     world.ranks.law_ranks.pop(law, None)
+    world.structure += 1
     law.engine = None
 
 

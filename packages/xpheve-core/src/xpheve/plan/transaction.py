@@ -44,6 +44,9 @@ class Transaction:
         self.undo: list[Callable[[], None]] = []
         self.later: list[Callable[[], None]] = []
         """Structural changes, made at the end of the instant."""
+        self._counts = (world.events, world.posts, dict(world.work))
+        self._evaluations = [(law, law.evaluations) for law in world.laws]
+        self._firings = [(container, container.firings, container.detections) for container in world.containers]
 
     def touch(self, obj: PhysicalObject) -> int:
         """Re-base the row of ``obj`` to this instant; returns the row."""
@@ -81,6 +84,11 @@ class Transaction:
         """Take everything back."""
         for act in reversed(self.undo):
             act()
+        self.world.events, self.world.posts, self.world.work = self._counts
+        for law, evaluations in self._evaluations:
+            law.evaluations = evaluations
+        for container, firings, detections in self._firings:
+            container.firings, container.detections = firings, detections
         for obj, touched in self.touched.items():
             self.put_back(obj)
             self.world.forces.of[obj] = touched.forces

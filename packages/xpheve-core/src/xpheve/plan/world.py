@@ -78,6 +78,8 @@ class World:
         self.structure = 0
         """Goes up when laws, containers or mapping change."""
         self.on_law_error = "raise"
+        self.failed: dict[PhysicalLaw, str] = {}
+        """Laws that were disabled because they failed, with what they did."""
         self._steppers = steppers
         self._next_serial = 0
         self.law_positions: dict[str, int] = {}
@@ -355,7 +357,6 @@ class World:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
         if not self.dirty:
             return
-        self.ranks.epoch += 1
         self.ranks.freeze_laws(self.laws, self.laws)
         self.ranks.freeze_containers(self.containers)
         self.law_positions = positions(self.laws)
@@ -366,6 +367,7 @@ class World:
         self._store_constant_forces(rebased)
         affected = self._regroup(rebased)
         self._arm()
+        self.ranks.epoch += 1
         self.unplanned.clear()
         self.dirty = False
         if self.contacts is not None and affected:
@@ -525,9 +527,9 @@ class World:
             names = ", ".join(obj.label for obj in event.objects[:3]) or "no object in particular"
             failure = LawFailedError(
                 f"{label} raised {type(error).__name__}: {error}; at t = {self.time[0]} s for {names}. "
-                "The engine stands just before that event"
+                "The engine stands just before that event",
+                law,
             )
-            failure.law = law  # type: ignore[attr-defined]
             raise failure from error
         finally:
             self.acting = None
@@ -547,6 +549,8 @@ class World:
             raise LawFailedError(
                 f"{container.label()}.detect raised {type(error).__name__}: {error}; at t = {self.time[0]} s"
             ) from error
+        if event is not None and not isinstance(event, Event):
+            raise LawFailedError(f"{container.label()}.detect returned {event!r}; an Event, or None, is needed")
         if event is not None:
             self.fire(container, event)
 
@@ -640,14 +644,20 @@ class World:
         """Carry everything to ``until``, event by event; ``host_step(t)`` is the first host step after ``t``."""
         busy, last = 0, NEVER
         while True:
-            self.plan()
-            due = self.queue.next_time()
-            horizon = min(due, until)
-            lagging = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
-            if lagging:
-                batch = min(lagging, key=lambda b: (b.stepper.covered(b.state), b.signature.laws, b.number))
-                self.advance(batch, horizon, host_step(batch.stepper.covered(batch.state)))
+            try:
+                self.plan()
+                due = self.queue.next_time()
+                lagging = self._lagging(min(due, until))
+                if lagging is not None:
+                    self.advance(lagging, min(due, until), host_step(lagging.stepper.covered(lagging.state)))
+                    continue
+            except LawFailedError as error:
+                self.time = max(self.time, self._known_until())
+                self.give_up(error)
                 continue
+            except BaseException:
+                self.time = max(self.time, self._known_until())
+                raise
             if due > until:
                 break
             busy = busy + 1 if due == last else 0
@@ -660,6 +670,25 @@ class World:
             if self.stopped():
                 return
         self.time = until
+
+    def _lagging(self, horizon: Instant) -> Batch | None:
+        """The batch that is known for the shortest time, if that is before ``horizon``."""
+        found = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
+        return min(found, key=lambda b: (b.stepper.covered(b.state), b.signature.laws, b.number), default=None)
+
+    def _known_until(self) -> Instant:
+        """Until when all batches are known, after one failed to go on; the present time if all are in closed form."""
+        first = min((b.stepper.covered(b.state) for b in self.batches if b.state.count), default=NEVER)
+        return self.time if first == NEVER else first
+
+    def give_up(self, error: LawFailedError) -> None:
+        """Disable the law that failed, with a warning, if that was asked for; else raise ``error``."""
+        law = error.law
+        if self.on_law_error != "disable" or not isinstance(law, PhysicalLaw) or not law.enabled:
+            raise error
+        warnings.warn(f"{error} (the law is disabled from here on)", XpheveWarning, stacklevel=2)
+        self.failed[law] = str(error)
+        law.enabled = False
 
     def stopped(self) -> bool:
         """Whether a handler suspended or terminated the engine; set by the engine."""
@@ -681,12 +710,9 @@ class World:
         except BaseException as error:
             for entry in entries:
                 self.queue.push(entry)
-            law = getattr(error, "law", None)
-            if self.on_law_error == "disable" and isinstance(error, LawFailedError) and law is not None:
-                warnings.warn(f"{error} (the law is disabled from here on)", XpheveWarning, stacklevel=2)
-                law.enabled = False
-                return
-            raise
+            if not isinstance(error, LawFailedError):
+                raise
+            self.give_up(error)
 
     # Force ends
 

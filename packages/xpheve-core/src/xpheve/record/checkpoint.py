@@ -23,8 +23,11 @@ def pack(portable: Portable) -> bytes:
     header, arrays = portable
     text = np.frombuffer(json.dumps(header, allow_nan=True).encode(), dtype=np.uint8)
     buffer = io.BytesIO()
-    named: dict[str, Any] = {f"array.{name}": array for name, array in arrays.items()}
-    np.savez(buffer, header=text, **named)
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in [("header", text), *((f"array.{name}", array) for name, array in arrays.items())]:
+            # A fixed date: the same state gives the same bytes.
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w") as file:
+                np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
     return buffer.getvalue()
 
 

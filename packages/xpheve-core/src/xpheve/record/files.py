@@ -117,7 +117,7 @@ class Writer:
         if self._file is None:
             return FileStore(self.path, self.index, self._batches, torn=True)
         self.flush()
-        self._put(_batch_of([], len(self.index), self._names), {"closed": True}, 0)
+        self._put(_batch_of([], len(self.index), self._names), {"closed": True, "note": self.index.note}, 0)
         self._stream.close()
         self._write(self._take())
         self._file.close()
@@ -269,6 +269,7 @@ def open_store(path: str | os.PathLike[str]) -> FileStore:
             except (StopIteration, pa.ArrowException, OSError, ValueError, TypeError, LookupError, AttributeError):
                 break  # all before is good
             closed = bool(news.get("closed"))
+            index.metadata.update(news.get("note") or {})
             if heads:
                 batches.append(_Batch(start, file.tell() - start, len(index), index.row_count, batch.num_rows))
             for time, members, energy in heads:

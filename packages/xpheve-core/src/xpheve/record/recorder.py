@@ -72,9 +72,12 @@ class Recorder:
         self._sink.append(frame)
         self._time = frame.time
 
-    def close(self) -> Record:
-        """End the recording; the record. Closing again gives the same."""
+    def close(self, note: dict[str, Any] | None = None) -> Record:
+        """End the recording; the record. ``note`` is added to its metadata. Closing again gives the same."""
         if self._record is None:
+            if note:
+                self._index.metadata.update(plain(note, "note at the end of the record"))
+                self._index.note = dict(note)
             self._record = Record(self._sink if isinstance(self._sink, MemoryStore) else self._sink.close())
         return self._record
 

@@ -26,6 +26,8 @@ class FrameIndex:
     def __init__(self, metadata: dict[str, Any], objects: Iterable[dict[str, Any]]) -> None:
         """Start without frames."""
         self.metadata = metadata
+        self.note: dict[str, Any] = {}
+        """What was added to the metadata at the end."""
         self.objects: dict[int, dict[str, Any]] = {}
         self.describe(objects)
         self._time = array("d")
