@@ -42,6 +42,16 @@ class Contender:
     make: Callable[[], tuple[Callable[[], Any], Callable[[], tuple[Any, Any]]]]
 
 
+@dataclass
+class Field:
+    """A peer's many free spheres with one setting: back to the start, one step, positions and velocities of all."""
+
+    setting: str
+    start: Callable[[], Any]
+    step: Callable[[], Any]
+    read: Callable[[], tuple[Any, Any]]
+
+
 def in_turns(contenders: Sequence[Contender], errors: Callable[[Any, Any], tuple[float, float]], samples: int) -> None:
     """Fill the rows: each contender has its turn ``samples`` times, so that a busy machine is busy for all."""
     runs: list[int] = []

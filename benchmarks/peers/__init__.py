@@ -1,7 +1,7 @@
 """One file a peer: the same scenes, with default and with tuned settings.
 
 Each has ``NAME``, ``MODULE`` (what must be installed), ``ball(scene, dts)`` (the rows of a scene of one sphere) and
-``field(positions, velocities, dt)`` (S12: a function that makes one step, and one that tells positions and velocities).
+``field(positions, velocities, dt)`` (S12: a `benchmarks.measure.Field` for each setting).
 """
 
 from __future__ import annotations

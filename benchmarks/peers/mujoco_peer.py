@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.ball import Ball
-from benchmarks.measure import Contender, Row
+from benchmarks.measure import Contender, Field, Row
 
 NAME, MODULE = "MuJoCo", "mujoco"
 STEPS_OF_A_CONTACT = (5, 7, 10, 14, 20, 28, 40, 80)  # the stiffnesses tried when tuning
@@ -88,8 +88,8 @@ def _contender(scene: Ball, dt: float, setting: str, model: Any, note: str) -> C
     return Contender(Row(scene.id, NAME, setting, dt, note=note), make)
 
 
-def field(positions: Any, velocities: Any, dt: float) -> tuple[Callable[[], None], Callable[[], tuple[Any, Any]]]:
-    """S12, contacts switched off. Positions and velocities lie in MuJoCo's own arrays: reading them is free."""
+def field(positions: Any, velocities: Any, dt: float) -> list[Field]:
+    """S12, contacts switched off: Euler (default), RK4 (tuned). Positions and velocities lie in MuJoCo's own arrays: reading them is free."""
     spec = mujoco.MjSpec()
     spec.memory = 1 << 29  # left to itself it asks for more than there is, for contacts that never come
     spec.option.timestep = dt
@@ -100,7 +100,11 @@ def field(positions: Any, velocities: Any, dt: float) -> tuple[Callable[[], None
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.1, 0, 0], mass=1.0, contype=0, conaffinity=0)
     model = spec.compile()
     data = mujoco.MjData(model)
-    data.qvel.reshape(-1, 6)[:, :3] = velocities
+
+    def start(integrator: Any) -> None:
+        model.opt.integrator = integrator
+        mujoco.mj_resetData(model, data)
+        data.qvel.reshape(-1, 6)[:, :3] = velocities
 
     def step() -> None:
         mujoco.mj_step(model, data)
@@ -108,4 +112,5 @@ def field(positions: Any, velocities: Any, dt: float) -> tuple[Callable[[], None
     def read() -> tuple[Any, Any]:
         return np.array(data.qpos.reshape(-1, 7)[:, :3]), np.array(data.qvel.reshape(-1, 6)[:, :3])
 
-    return step, read
+    kinds = {"default": mujoco.mjtIntegrator.mjINT_EULER, "tuned": mujoco.mjtIntegrator.mjINT_RK4}
+    return [Field(name, lambda kind=kind: start(kind), step, read) for name, kind in kinds.items()]

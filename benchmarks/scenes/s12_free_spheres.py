@@ -127,23 +127,24 @@ def measure(peers: dict[str, Any], samples: int, quick: bool) -> list[Row]:
     note = "nothing computed between reads: events and evaluations unchanged" if nothing_computed else "COMPUTED BETWEEN READS"
     mine = Row(ID, "xPheve", "exact", None, rows[0].more["xpheve"], error=worst_error(positions, n, first.time), note=note)
     mine.more = {"objects": n, "nothing_computed": nothing_computed}
-    return [mine, *rows, *(_peer_row(name, peer, n, samples) for name, peer in peers.items())]
+    return [mine, *rows, *(row for name, peer in peers.items() for row in _peer_rows(name, peer, n))]
 
 
-def _peer_row(name: str, peer: Any, n: int, samples: int) -> Row:
+def _peer_rows(name: str, peer: Any, n: int) -> list[Row]:
     if peer is None:
-        return Row(ID, name, "-", note="not installed")
-    row = Row(ID, peer.NAME, "no contacts", STEP)
-    found: list[Any] = []
+        return [Row(ID, name, "-", note="not installed")]
+    fields: list[Any] = []
     try:
-        built = cpu_time(lambda: found.append(peer.field(*start(n), STEP)))
+        built = cpu_time(lambda: fields.extend(peer.field(*start(n), STEP)))
     except Exception as error:  # a peer that fails is a row that says so
-        row.note = f"could not be built: {error}"
-        return row
-    step, read = found[0]
-    times = [cpu_time(step) for _ in range(60)]
-    row.error = worst_error(read()[0], n, SPAN)
-    row.seconds, row.spread = middle(times)
-    row.note = f"built in {built:.1f} s" + ("; reading comes on top" if peer.MODULE == "pybullet" else "")
-    row.more = {"objects": n, "built": built, "samples": samples}
-    return row
+        return [Row(ID, peer.NAME, "-", STEP, note=f"could not be built: {error}")]
+    rows = []
+    for field in fields:
+        field.start()
+        row = Row(ID, peer.NAME, field.setting, STEP)
+        row.seconds, row.spread = middle([cpu_time(field.step) for _ in range(round(SPAN / STEP))])
+        row.error = worst_error(field.read()[0], n, SPAN)
+        row.note = f"built in {built:.1f} s" + ("; reading comes on top" if peer.MODULE == "pybullet" else "")
+        row.more = {"objects": n, "built": built}
+        rows.append(row)
+    return rows

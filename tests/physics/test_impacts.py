@@ -83,6 +83,14 @@ def test_spheres_that_fall_together_meet_as_without_gravity() -> None:
         assert shifted - one.velocity == pytest.approx(0.0, abs=2e-14)  # roundings of 20 m/s
 
 
+@pytest.mark.parametrize("g", [0.0, 9.81])
+def test_a_ball_slides_off_another(g: float) -> None:
+    """Touching, moving along the tangent: nothing happens."""
+    engine, (a, b) = spheres(((0, 0, 0), (0, 0, 0)), ((0.2, 0, 0), (0, 1, 0)), g=g)
+    engine.run(until=1.0)
+    assert (a.velocity[:2], b.velocity[:2], b.position[:2]) == ((0.0, 0.0), (0.0, 1.0), (0.2, 1.0))
+
+
 # Mirrors
 
 

@@ -760,7 +760,11 @@ class PhysicsEngine:
             if progress is not None:
                 progress(self.time)
             k += 1
-        if self._pass_time(end) and recorder is not None and (k == 0 or multiple(begin, k - 1, every or 0.0) < end):
+        if (
+            self._pass_time(end)
+            and recorder is not None
+            and (k == 0 or multiple(begin, k - 1, every or 0.0)[0] < end[0])
+        ):
             recorder.sample()
         if progress is not None:
             progress(self.time)

@@ -357,7 +357,7 @@ def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
 def _near_field(name: str) -> str:
     """The property of an object that ``name`` seems to misspell, or ``""``."""
     for known in (*FIELDS, "shape", "fixed", "density"):
-        if name != known and len(name) > 3 and _one_edit_apart(name, known):
+        if name != known and len(name) > 2 and _one_edit_apart(name, known):
             return known
     return ""
 

@@ -27,7 +27,7 @@ Pair = tuple[PhysicalObject, PhysicalObject]
 SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
 CLOSE = 1e-7  # [s]
-TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks")
+TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "told")
 GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
 
 
@@ -63,6 +63,8 @@ class ExactServer(ContactServer):
         self.held: dict[PhysicalObject, None] = {}
         self.collapsing: dict[Pair, tuple[Instant, int]] = {}
         self.streaks: dict[PhysicalObject, tuple[int, Instant]] = {}
+        self.told: dict[Pair, Instant] = {}
+        """When a pair whose flights go on unchanged last met or parted: what comes next is looked for from there."""
         self.parting: list[tuple[Pair, Gap, float]] = []
         """Pairs that came apart at this instant, still to be told."""
         self.queued: dict[Pair, Entry] = {}
@@ -221,6 +223,11 @@ class ExactServer(ContactServer):
             return NEVER
         flight_a, flight_b = world.flight(a._row), world.flight(b._row)
         start = max(flight_a.t0, flight_b.t0, since)
+        if pair in self.told:
+            if self.told[pair] > start:
+                start = self.told[pair]
+            else:
+                del self.told[pair]
         end = min(flight_a.t1, flight_b.t1)
         self.predictions += 1
         if pair in self.collapsing or self._is_support(pair):
@@ -256,11 +263,23 @@ class ExactServer(ContactServer):
             if gap.acceleration > 0.0 and self._loaded(pair, gap):
                 return 0.0, self._leave
             return math.inf, self._leave
+        sunk = gap.separation < -gap.touch and abs(gap.speed) <= gap.still
+        if sunk and answered and gap.acceleration < 0.0 and self._loaded(pair, gap):
+            return 0.0, self._refuse_sunk
         if touching and gap.speed > gap.still and pair in self.touching:
             return 0.0, self._leave
         if gap.separation < -gap.touch and not answered and pair not in self.inside:
             return 0.0, self._meet
         return family.impact_time(one, two, gap, horizon), self._impact
+
+    def _refuse_sunk(self, entries: list[Entry]) -> None:
+        """Bodies at rest inside one another, and pressed further in."""
+        pair = _pair_of(entries[0], self)
+        depth = -self._gap(pair, self.world.time).separation
+        raise ContactError(
+            f"{pair[0]!r} and {pair[1]!r} overlap by {depth} m at t = {self.world.time[0]} s, at rest, and are pressed together: "
+            "move one of them out, or give it a speed"
+        )
 
     def _loaded(self, pair: Pair, gap: Gap) -> bool:
         """Whether the normal acceleration of a touching pair is more than rounding."""
@@ -280,7 +299,7 @@ class ExactServer(ContactServer):
         self.collapsing.pop(pair, None)
 
     def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
-        tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued)
+        tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued, self.told)
         for table in tables:
             for pair in [pair for pair in table if obj in pair]:
                 del table[pair]
@@ -472,6 +491,7 @@ class ExactServer(ContactServer):
     def _again(self, found: list[tuple[Pair, Gap, float]]) -> None:
         """Predict the pairs anew at the end of the instant, though their flights are the same."""
         for pair, _, _ in found:
+            self.told[pair] = self.world.time
             self.world.transaction.later.append(lambda pair=pair: self._predict(pair))
 
     def _tell(self, kind: type[when.Condition], found: list[tuple[Pair, Gap, float]]) -> None:
@@ -516,7 +536,18 @@ class ExactServer(ContactServer):
         if passing:
             self._pass_through(passing)
         instant = _Instant(self)
-        instant.solve([pair for pair in pairs if pair not in passing])
+        answered = [pair for pair in pairs if pair not in passing]
+        instant.solve(answered)
+        for pair in answered:
+            if pair not in instant.first:
+                self._turned(pair)
+
+    def _turned(self, pair: Pair) -> None:
+        """A pair that came to its impact with no speed left: if it is pressed together, it rests."""
+        gap = self._gap(pair, self.world.time)
+        if abs(gap.separation) <= 10.0 * gap.touch and gap.speed <= gap.still and gap.acceleration < 0.0:
+            if self._loaded(pair, gap) and not self._is_support(pair):
+                self._rest(pair)
 
     def _pass_through(self, pairs: list[Pair]) -> None:
         begun = []
@@ -541,6 +572,7 @@ class ExactServer(ContactServer):
             "held": [obj.serial for obj in self.held],
             "collapsing": [[a.serial, b.serial, end, seen] for (a, b), (end, seen) in self.collapsing.items()],
             "streaks": [[obj.serial, count, last] for obj, (count, last) in self.streaks.items()],
+            "told": [[a.serial, b.serial, when] for (a, b), when in self.told.items()],
             "parting": [[a.serial, b.serial, list(gap), speed] for (a, b), gap, speed in self.parting],
             "counts": [self.impacts, self.generations],
         }
@@ -559,6 +591,7 @@ class ExactServer(ContactServer):
             self.world.schedule(tuple(end), IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, seen),))
         self.streaks = {by[serial]: (count, tuple(last)) for serial, count, last in saved["streaks"]}
         self.impacts, self.generations = saved["counts"]
+        self.told = {(by[a], by[b]): tuple(instant) for a, b, instant in saved["told"]}
         for a, b, gap, speed in saved["parting"]:
             values: list[Any] = [tuple(value) if isinstance(value, list) else value for value in gap]
             self.parting.append(((by[a], by[b]), Gap(*values), speed))
@@ -777,6 +810,9 @@ class _Instant:
                 del server.touching[pair]
                 ended.append((pair, gap, -speed))
                 self._maybe_collapse(pair, gap, speed)
+        laws = {world.response_law(*pair)[0] for pair in self.first}
+        for container in {c: None for law in laws for c in law.containers}:
+            container.firings += 1
         heard = [(pair, gap, speed) for pair, (gap, speed) in self.first.items()]
         server._tell(when.Impact, heard)
         server._tell(when.ContactBegin, begun)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,27 @@ class Energy(NamedTuple):
         return math.fsum((self.kinetic, self.potential, -self.work))
 
 
+def spin_of(orientation: Array, omega: Array, inertia: Array) -> Array:
+    """Angular momentum [kg m^2/s] about the centre, world frame, (3, n): R diag(I) R^T omega."""
+    w, x, y, z = orientation
+    r = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    found: Array = np.einsum("ijn,jn->in", r, inertia * np.einsum("jin,jn->in", r, omega))
+    return found
+
+
+def spin_energy(orientation: Array, omega: Array, inertia: Array) -> Array:
+    """Kinetic energy [J] of rotation, (n,)."""
+    spin = spin_of(orientation, omega, inertia)
+    found: Array = 0.5 * (spin[0] * omega[0] + spin[1] * omega[1] + spin[2] * omega[2])
+    return found
+
+
 class Snapshot:
     """The state of all rows at the present time, read once."""
 
@@ -62,18 +83,8 @@ class Snapshot:
 
     def spin(self) -> Array:
         """Angular momentum [kg m^2/s] of each body about its centre, world frame, shape (3, n)."""
-        w, x, y, z = self["orientation"]
-        r = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
         inertia = self.world.bodies.arrays["inertia"][:, : self.count]
-        local = inertia * np.einsum("jin,jn->in", r, self["angular_velocity"])
-        found: Array = np.einsum("ijn,jn->in", r, local)
-        return found
+        return spin_of(self["orientation"], self["angular_velocity"], inertia)
 
 
 def energy(world: World) -> Energy:
@@ -82,8 +93,8 @@ def energy(world: World) -> Energy:
     v, m = shot["velocity"], shot.mass
     parts = [0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])]
     if shot["angular_velocity"].any():
-        spin, omega = shot.spin(), shot["angular_velocity"]
-        parts.append(0.5 * (spin[0] * omega[0] + spin[1] * omega[1] + spin[2] * omega[2]))
+        inertia = world.bodies.arrays["inertia"][:, : shot.count]
+        parts.append(spin_energy(shot["orientation"], shot["angular_velocity"], inertia))
     kinetic = math.fsum(value for part in parts for value in part[shot.moving].tolist())
     return Energy(kinetic, _potential(world, shot), math.fsum([*world.work.values(), *_running_work(world, shot)]))
 
@@ -112,23 +123,29 @@ def _potential(world: World, shot: Snapshot) -> float:
 
 def _running_work(world: World, shot: Snapshot) -> list[float]:
     """Work over the flights that are under way."""
-    from xpheve.plan.world import work_of
-
     found: list[float] = []
     bodies = world.bodies
     for obj, stored in world.forces.of.items():
-        for one in stored:
-            if one.accounted or obj._row < 0:
-                continue
-            row = obj._row
-            held: dict[str, Any] = {name: bodies.get(name, row) for name in ("position", "angular_velocity")}
-            flown: dict[str, Any] = {name: tuple(shot[name][:, row].tolist()) for name in held}
-            found.append(work_of(one.force, held, flown, world.time, bodies.clock_of(row)))
+        row = obj._row
+        if row >= 0 and any(not one.accounted for one in stored):
+            way = [
+                x1 - x0 for x1, x0 in zip(shot["position"][:, row].tolist(), bodies.get("position", row), strict=True)
+            ]
+            found += [f * d for one in stored if not one.accounted for f, d in zip(one.force.vector, way, strict=True)]
     for batch in world.batches:
-        if batch.working is not None and batch.state.count:
-            rows = batch.state.rows
-            way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
-            found += (batch.working * way).ravel().tolist()
+        if not batch.state.count:
+            continue
+        rows = batch.state.rows
+        if batch.working is not None:
+            found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
+        turned = rows[world.twisted(batch)]
+        if len(turned):
+            inertia = bodies.arrays["inertia"][:, turned]
+            now = spin_energy(shot["orientation"][:, turned], shot["angular_velocity"][:, turned], inertia)
+            before = spin_energy(
+                bodies.arrays["orientation"][:, turned], bodies.arrays["angular_velocity"][:, turned], inertia
+            )
+            found += [*now.tolist(), *(-before).tolist()]
     return found
 
 

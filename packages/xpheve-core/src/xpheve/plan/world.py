@@ -21,6 +21,7 @@ from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
 from xpheve.plan.mapping import Mapping
@@ -204,7 +205,7 @@ class World:
                 batch = self.batches[number]
                 before = self._snapshot(batch)
                 new = batch.stepper.changed(batch.state, bodies, rows, self.time, self.sources(batch))
-                self._after_step(batch, before, skip=set(rows))
+                self._after_step(batch, before, rows)
                 rows = list(new)
             bodies.version[rows] += 1
             found.update(rows)
@@ -235,17 +236,33 @@ class World:
         """Add the work that the stored forces of ``obj`` without potential did over the flight that ends now."""
         transaction = self.transaction
         stored = transaction.touched[obj].forces if transaction is not None else self.forces.on(obj)
+        way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
         for one in stored:
-            if one.accounted:
-                continue
-            label = one.owner.label() if one.owner is not None else "forces"
-            self.add_work(label, work_of(one.force, held, flown, self.time, clock))
+            if not one.accounted:
+                label = one.owner.label() if one.owner is not None else "forces"
+                self.add_work(label, math.fsum(f * d for f, d in zip(one.force.vector, way, strict=True)))
         number = int(self.bodies.batch[obj._row])
-        working = self.batches[number].working if number >= 0 else None
-        if working is not None:
-            force = working[:, int(self.bodies.local[obj._row])]
-            way = np.subtract(flown["position"], held["position"])
-            self.add_work(self._label(self.batches[number]), math.fsum((force * way).tolist()))
+        if number < 0:
+            return
+        batch, local = self.batches[number], int(self.bodies.local[obj._row])
+        if batch.working is not None:
+            force = batch.working[:, local]
+            self.add_work(self._label(batch), math.fsum((force * np.array(way)).tolist()))
+        if bool(self.twisted(batch)[local]):
+            inertia = self.bodies.arrays["inertia"][:, [obj._row]]
+            after, before = (
+                spin_energy(np.array([one["orientation"]]).T, np.array([one["angular_velocity"]]).T, inertia)[0]
+                for one in (flown, held)
+            )
+            self.add_work(self._twist_label(batch), float(after - before))
+
+    def twisted(self, batch: Batch) -> Any:
+        """Which rows of ``batch`` are under a torque: all that changes their energy of rotation."""
+        torque = batch.state.arrays.get("torque")
+        return np.zeros(batch.state.count, dtype=bool) if torque is None else torque.any(axis=0)
+
+    def _twist_label(self, batch: Batch) -> str:
+        return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
 
     def add_work(self, label: str, joules: float) -> None:
         """Book work done by what has no potential."""
@@ -254,16 +271,28 @@ class World:
     def _label(self, batch: Batch) -> str:
         return " + ".join(law.label() for law in batch.laws if not law.defines("potential")) or "laws"
 
-    def _snapshot(self, batch: Batch) -> tuple[Array, Array] | None:
-        """Where the rows of a batch were last re-based, if work is to be booked over their flights."""
-        if batch.working is None and not self._has_working_forces(batch):
+    def _snapshot(self, batch: Batch) -> dict[str, Array] | None:
+        """The flights of a batch that end now, if work is to be booked over them."""
+        twisted = self.twisted(batch)
+        if batch.working is None and not self._has_working_forces(batch) and not twisted.any():
             return None
-        rows = batch.state.rows
+        rows, bodies = batch.state.rows, self.bodies
         force = np.zeros((3, len(rows))) if batch.working is None else batch.working.copy()
         for k, row in enumerate(rows.tolist()):
-            stored, _ = self.forces.working(self.bodies.objects[row])
+            stored, _ = self.forces.working(bodies.objects[row])
             force[:, k] += stored
-        return self.bodies.arrays["position"][:, rows].copy(), force
+        turned = rows[twisted]
+        energy = spin_energy(
+            bodies.arrays["orientation"][:, turned],
+            bodies.arrays["angular_velocity"][:, turned],
+            bodies.arrays["inertia"][:, turned],
+        )
+        return {
+            "position": bodies.arrays["position"][:, rows].copy(),
+            "force": force,
+            "turned": turned,
+            "energy": energy,
+        }
 
     def _has_working_forces(self, batch: Batch) -> bool:
         objects = self.bodies.objects
@@ -271,16 +300,25 @@ class World:
             not one.accounted for row in batch.state.rows.tolist() for one in self.forces.on(objects[row])
         )
 
-    def _after_step(self, batch: Batch, before: tuple[Array, Array] | None, skip: set[int] = frozenset()) -> None:  # type: ignore[assignment]
-        """Book the work over the flights that a step ended, and keep the forces of the new ones."""
-        if before is not None:
-            old, force = before
-            way = self.bodies.arrays["position"][:, batch.state.rows] - old
-            if skip:
-                way[:, [int(self.bodies.local[row]) for row in skip]] = 0.0
-            joules = math.fsum((force * way).ravel().tolist())
-            if joules:
-                self.add_work(self._label(batch), joules)
+    def _after_step(self, batch: Batch, before: dict[str, Array] | None, skip: Iterable[int] = ()) -> None:
+        """Book the work over the flights that a step ended, but for rows whose flight an event ended."""
+        if before is None:
+            return
+        bodies = self.bodies
+        left = ~np.isin(batch.state.rows, list(skip))
+        way = (bodies.arrays["position"][:, batch.state.rows] - before["position"])[:, left]
+        joules = math.fsum((before["force"][:, left] * way).ravel().tolist())
+        if joules:
+            self.add_work(self._label(batch), joules)
+        turned = before["turned"]
+        if len(turned):
+            now = spin_energy(
+                bodies.arrays["orientation"][:, turned],
+                bodies.arrays["angular_velocity"][:, turned],
+                bodies.arrays["inertia"][:, turned],
+            )
+            gained = (now - before["energy"])[~np.isin(turned, list(skip))]
+            self.add_work(self._twist_label(batch), math.fsum(gained.tolist()))
 
     # Batches
 
@@ -848,18 +886,6 @@ def _force(vector: list[float], ident: str, torque: list[float]) -> Force:
     force.duration = math.inf
     force.id = ident
     return force
-
-
-def work_of(
-    force: Force, held: dict[str, tuple[float, ...]], flown: dict[str, tuple[float, ...]], now: Instant, clock: Instant
-) -> float:
-    """Work [J] of a constant force over a flight: F . dx; of a torque: tau . (mean rate) dt."""
-    parts = [f * (x1 - x0) for f, x1, x0 in zip(force.vector, flown["position"], held["position"], strict=True)]
-    if any(force.torque):
-        span = (now[0] - clock[0]) + (now[1] - clock[1])
-        rates = zip(force.torque, flown["angular_velocity"], held["angular_velocity"], strict=True)
-        parts += [tau * 0.5 * (w1 + w0) * span for tau, w1, w0 in rates]
-    return math.fsum(parts)
 
 
 __all__ = ["AFTER", "World", "XpheveError"]

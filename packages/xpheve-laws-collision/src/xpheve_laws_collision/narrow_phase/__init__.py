@@ -86,4 +86,4 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
 def flipped(gap: Gap) -> Gap:
     """The same, seen from the other side."""
     x, y, z = gap.normal
-    return gap._replace(normal=(-x, -y, -z))
+    return gap._replace(normal=(0.0 - x, 0.0 - y, 0.0 - z))

@@ -21,11 +21,13 @@ class SpherePlane:
         speed = dot(outward, a.velocity)
         touch = TOUCH * radius + ULPS * (norm(a.position) + norm(b.position) + abs(b.shape.offset))
         point = sub(a.position, scale(outward, height))
-        normal = (-outward[0], -outward[1], -outward[2])
+        normal = (0.0 - outward[0], 0.0 - outward[1], 0.0 - outward[2])
         return Gap(height - radius, speed, dot(outward, a.acceleration), normal, point, touch, STILL * norm(a.velocity))
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
-        return sphere_plane(gap.separation, gap.speed, gap.acceleration, gap.touch, gap.still, horizon)
+        # A gap that counts as none is none: else a bounce lower than its rounding would not come back.
+        separation = 0.0 if abs(gap.separation) <= gap.touch else gap.separation
+        return sphere_plane(separation, gap.speed, gap.acceleration, gap.touch, gap.still, horizon)
 
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         return sphere_plane_leaves(gap.separation, gap.speed, gap.acceleration, horizon)

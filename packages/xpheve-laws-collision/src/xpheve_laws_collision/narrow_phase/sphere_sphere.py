@@ -29,6 +29,8 @@ class SphereSphere:
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         d, v, acceleration = _relative(a, b)
         distance = a.shape.radius + b.shape.radius
+        if abs(gap.separation) <= gap.touch and gap.speed > gap.still:
+            d = scale(gap.normal, distance)  # a gap that counts as none is none
         return sphere_sphere(d, v, acceleration, distance, gap.touch, gap.still, horizon)
 
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
