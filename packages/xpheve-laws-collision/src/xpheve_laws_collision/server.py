@@ -18,7 +18,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer
 from xpheve_laws_collision.broad_phase import MANY, BroadPhase
-from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
+from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped, still_speed
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
 from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
 
@@ -62,7 +62,8 @@ class ExactServer(ContactServer):
         self.supports: dict[PhysicalObject, Support] = {}
         self.held: dict[PhysicalObject, None] = {}
         self.collapsing: dict[Pair, tuple[Instant, int]] = {}
-        self.streaks: dict[PhysicalObject, tuple[int, Instant]] = {}
+        self.streaks: dict[PhysicalObject, tuple[int, Instant, int]] = {}
+        """Dissipative impacts in quick succession: how many, the last, and with whom (serial number)."""
         self.told: dict[Pair, Instant] = {}
         """When a pair whose flights go on unchanged last met or parted: what comes next is looked for from there."""
         self.parting: list[tuple[Pair, Gap, float]] = []
@@ -571,7 +572,7 @@ class ExactServer(ContactServer):
             "supports": [[ball.serial, s.plane.serial, s.outward] for ball, s in self.supports.items()],
             "held": [obj.serial for obj in self.held],
             "collapsing": [[a.serial, b.serial, end, seen] for (a, b), (end, seen) in self.collapsing.items()],
-            "streaks": [[obj.serial, count, last] for obj, (count, last) in self.streaks.items()],
+            "streaks": [[obj.serial, count, last, other] for obj, (count, last, other) in self.streaks.items()],
             "told": [[a.serial, b.serial, when] for (a, b), when in self.told.items()],
             "parting": [[a.serial, b.serial, list(gap), speed] for (a, b), gap, speed in self.parting],
             "counts": [self.impacts, self.generations],
@@ -589,7 +590,7 @@ class ExactServer(ContactServer):
             mover = pair[0] if pair[1].fixed else pair[1]
             self.collapsing[pair] = (tuple(end), seen)
             self.world.schedule(tuple(end), IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, seen),))
-        self.streaks = {by[serial]: (count, tuple(last)) for serial, count, last in saved["streaks"]}
+        self.streaks = {by[serial]: (count, tuple(last), other) for serial, count, last, other in saved["streaks"]}
         self.impacts, self.generations = saved["counts"]
         self.told = {(by[a], by[b]): tuple(instant) for a, b, instant in saved["told"]}
         for a, b, gap, speed in saved["parting"]:
@@ -691,8 +692,11 @@ class _Instant:
     def _approach(self, pair: Pair) -> float:
         """Approach speed [m/s]; 0 if it is none."""
         speed = -self._separation_speed(pair)
-        size = math.hypot(*self._velocity(pair[0])) + math.hypot(*self._velocity(pair[1]))
-        return speed if speed > 1e-14 * size else 0.0
+        return speed if speed > self._still(pair) else 0.0
+
+    def _still(self, pair: Pair) -> float:
+        speeds = math.hypot(*self._velocity(pair[0])) + math.hypot(*self._velocity(pair[1]))
+        return still_speed(speeds, self._gap(pair).acceleration)
 
     def _generation(self, pairs: list[Pair]) -> None:
         """Solve the pairs that touch and approach now, together."""
@@ -727,8 +731,7 @@ class _Instant:
             law = self.world.response_law(*pair)[0]
             if self.restitution[pair] < 1.0:
                 self.world.add_work(law.label(), work)
-                if not self._ends_in_closed_form(pair):
-                    self._count_streak(pair)
+                self._count_streak(pair)
             self.server.impacts += 1
         for k, answer in taken:
             self._take_over(pairs[k], answer)
@@ -781,9 +784,13 @@ class _Instant:
         for obj in pair:
             if obj.fixed:
                 continue
-            count, last = self.server.streaks.get(obj, (0, NEVER))
-            count = count + 1 if last != NEVER and elapsed(now, last) < CLOSE else 1
-            self.server.streaks[obj] = (count, now)
+            partner = pair[1] if obj is pair[0] else pair[0]
+            count, last, other = self.server.streaks.get(obj, (0, NEVER, partner.serial))
+            if last == NEVER or elapsed(now, last) >= CLOSE:
+                count = 0
+            alone = other == partner.serial and self._ends_in_closed_form(pair)
+            count = count if alone else count + 1
+            self.server.streaks[obj] = (count, now, partner.serial)
             if count > STREAK:
                 if law.parameters.get("resting") != "hold":
                     raise ContactError(
@@ -806,7 +813,7 @@ class _Instant:
         for pair, (gap, _) in self.first.items():
             server.touching[pair] = None
             speed = self._separation_speed(pair)
-            if speed > 1e-14 * (math.hypot(*self._velocity(pair[0])) + math.hypot(*self._velocity(pair[1]))):
+            if speed > self._still(pair):
                 del server.touching[pair]
                 ended.append((pair, gap, -speed))
                 self._maybe_collapse(pair, gap, speed)
@@ -834,10 +841,8 @@ class _Instant:
             self.server.collapsing[pair] = (end, -1)
 
     def _ends_in_closed_form(self, pair: Pair) -> bool:
-        """Whether ever shorter bounces of ``pair`` lead to a support: a sphere that is pressed onto a fixed plane, and onto no other."""
-        family, swapped = self.server._family(*pair)
-        ball = pair[1] if swapped else pair[0]
-        return family.rests and self._gap(pair).acceleration < 0.0 and ball not in self.server.supports
+        """Whether ``pair`` is pressed together, so that ever shorter bounces lead to rest at a known instant."""
+        return self._gap(pair).acceleration < 0.0
 
 
 def _pair_of(entry: Entry, server: ExactServer) -> Pair:

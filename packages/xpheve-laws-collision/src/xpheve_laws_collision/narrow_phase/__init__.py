@@ -11,6 +11,7 @@ Quat = tuple[float, float, float, float]
 
 TOUCH = 1e-12  # of the sizes: a gap this small is none (design: far above rounding, far below what shows)
 STILL = 1e-14  # of the speeds at hand: slower than this is no approach
+BRIEF = 1e-20  # [s] nor is what the closing acceleration turns back in less: no clock tells such flights apart
 ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves of a gap
 
 
@@ -37,6 +38,11 @@ class Gap(NamedTuple):
     point: Vec
     touch: float
     still: float
+
+
+def still_speed(speeds: float, acceleration: float) -> float:
+    """Speed [m/s] along the normal that counts as none, beside ``speeds`` and under ``acceleration`` along the normal."""
+    return STILL * speeds + BRIEF * abs(acceleration)
 
 
 class Family(Protocol):

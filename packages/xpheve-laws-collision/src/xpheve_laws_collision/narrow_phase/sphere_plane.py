@@ -5,7 +5,7 @@ from __future__ import annotations
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import add, dot, norm, scale, sub
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane, sphere_plane_leaves
-from xpheve_laws_collision.narrow_phase import STILL, TOUCH, ULPS, Gap, Mover, Vec
+from xpheve_laws_collision.narrow_phase import TOUCH, ULPS, Gap, Mover, Vec, still_speed
 
 
 class SpherePlane:
@@ -22,7 +22,9 @@ class SpherePlane:
         touch = TOUCH * radius + ULPS * (norm(a.position) + norm(b.position) + abs(b.shape.offset))
         point = sub(a.position, scale(outward, height))
         normal = (0.0 - outward[0], 0.0 - outward[1], 0.0 - outward[2])
-        return Gap(height - radius, speed, dot(outward, a.acceleration), normal, point, touch, STILL * norm(a.velocity))
+        acceleration = dot(outward, a.acceleration)
+        still = still_speed(norm(a.velocity), acceleration)
+        return Gap(height - radius, speed, acceleration, normal, point, touch, still)
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         # A gap that counts as none is none: else a bounce lower than its rounding would not come back.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xpheve.kernels.vector import add, dot, norm, scale, sub
 from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere, sphere_sphere_leaves
-from xpheve_laws_collision.narrow_phase import STILL, TOUCH, ULPS, Gap, Mover
+from xpheve_laws_collision.narrow_phase import TOUCH, ULPS, Gap, Mover, still_speed
 
 
 class SphereSphere:
@@ -23,8 +23,9 @@ class SphereSphere:
         touch = TOUCH * distance + ULPS * (norm(a.position) + norm(b.position))
         gap = length - distance
         point = add(a.position, scale(normal, a.shape.radius + 0.5 * gap))
-        still = STILL * (norm(a.velocity) + norm(b.velocity))
-        return Gap(gap, speed, dot(normal, acceleration) + max(bend, 0.0), normal, point, touch, still)
+        closing = dot(normal, acceleration) + max(bend, 0.0)
+        still = still_speed(norm(a.velocity) + norm(b.velocity), closing)
+        return Gap(gap, speed, closing, normal, point, touch, still)
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         d, v, acceleration = _relative(a, b)
