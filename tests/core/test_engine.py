@@ -313,7 +313,7 @@ def test_reset_restores_what_was_authored() -> None:
     assert engine.time == 0.0 and engine.state == "ready"
     assert sorted(repr(one[:4]) for one in bits(engine)) == sorted(repr(one[:4]) for one in authored)
     assert [engine.user_forces(obj) for obj in engine.objects if engine.user_forces(obj)] == [(xp.Force((1, 2, 3), 0.7, 1),)]
-    assert late.engine is None and late.position == (0.5, 0, 0)
+    assert late.engine is None and late.position == (0.625, 0, 0)
     assert extra.engine is None and gone.engine is engine
     assert [dict(law.parameters) for law in engine.laws] == parameters and engine.law("drag").enabled
     engine.run(until=1.0)

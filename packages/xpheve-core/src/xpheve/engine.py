@@ -473,7 +473,8 @@ class PhysicsEngine:
         with world.instant() as transaction:
             transaction.undo.append(lambda: self._put_column(obj, name, old))
             self._put_column(obj, name, value)
-            transaction.written[obj, name] = None
+            if value != old:
+                transaction.written[obj, name] = None
             transaction.refresh.add(obj)
             if obj not in world.unplanned:
                 scenery.restore_constant_forces(world, obj, name)
@@ -981,6 +982,9 @@ class PhysicsEngine:
 
         laws = [type(law) for law in self._world.laws]
         containers = [type(container) for container in self._world.containers]
+        if self._authored is not None:
+            laws += [type(law) for law in self._authored.laws]
+            containers += [type(container) for container in self._authored.containers]
         return revive(type(self), self._save().portable(self._authored), laws, containers, self._registry)
 
     def save_scene(self, path: str | os.PathLike[str]) -> None:

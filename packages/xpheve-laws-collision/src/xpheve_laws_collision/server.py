@@ -57,8 +57,9 @@ class ExactServer(ContactServer):
     def attach(self, world: Any) -> None:
         self.world = world
         self.broad_phase = BroadPhase(world)
-        self.touching: dict[Pair, None] = {}
-        self.inside: dict[Pair, None] = {}
+        self.touching: dict[Pair, Instant] = {}
+        """Pairs in contact, with the instant since when."""
+        self.inside: dict[Pair, Instant] = {}
         self.supports: dict[PhysicalObject, Support] = {}
         self.held: dict[PhysicalObject, None] = {}
         self.collapsing: dict[Pair, tuple[Instant, int]] = {}
@@ -77,6 +78,25 @@ class ExactServer(ContactServer):
         self.predictions = 0
         self._families: dict[tuple[str, str], tuple[Family, bool]] = {}
         self._planes: dict[Plane, Plane] = {}
+        self._kinds: dict[Any, set[tuple[str, bool]]] = {}
+
+    def check(self, obj: PhysicalObject, laws: Sequence[Any]) -> None:
+        own = (self._shape(obj).kind, obj.fixed)
+        for law in laws:
+            if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
+                continue
+            kinds = self._kinds.setdefault(law, set())
+            if own in kinds:
+                continue
+            kinds.update((self._shape(one).kind, one.fixed) for one in self.world.mapping.objects(law))
+            for kind, fixed in sorted(kinds | {own}):
+                if not (fixed and obj.fixed):
+                    try:
+                        family_of(own[0], kind)
+                    except ContactError as error:
+                        self._kinds.pop(law)
+                        raise ContactError(f"{obj!r} under {law!r}: {error}") from None
+            kinds.add(own)
 
     # Pairs
 
@@ -158,12 +178,20 @@ class ExactServer(ContactServer):
         if broad.moving < MANY:
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
+            self._predict_standing(set(objects))
             self._sweep()
             return
+        self._predict_standing(set(objects))
         done: set[PhysicalObject] = set()
         for obj in objects:
             self._predict_all(obj, done)
             done.add(obj)
+
+    def _predict_standing(self, objects: set[PhysicalObject]) -> None:
+        """Pairs in contact are asked wherever their bodies have got to."""
+        for pair in [*self.touching, *self.inside]:
+            if (pair[0] in objects or pair[1] in objects) and pair[0]._row >= 0 and pair[1]._row >= 0:
+                self._predict(pair)
 
     def _sweep(self, entries: list[Entry] | None = None) -> None:
         """Predict all pairs that may touch within a window of time, and come back at its end."""
@@ -231,17 +259,27 @@ class ExactServer(ContactServer):
                 del self.told[pair]
         end = min(flight_a.t1, flight_b.t1)
         self.predictions += 1
-        if pair in self.collapsing or self._is_support(pair):
-            return NEVER
+        standing = self.touching.get(pair, self.inside.get(pair))
         family, swapped = self._family(a, b)
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = self._mover(one, start), self._mover(two, start)
         gap = family.gap(mover_one, mover_two)
         horizon = elapsed(end, start)
-        if pair in self.inside:
+        if standing is not None and self._late_laws(pair, standing):
+            span, act = 0.0, self._tell_late
+        elif pair in self.collapsing or self._is_support(pair):
+            return NEVER
+        elif pair in self.inside:
             span, act = family.leave_time(mover_one, mover_two, gap, horizon), self._leave
+            span = 0.0 if gap.separation > 0.0 else span
         else:
             span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
+            if act is None:  # opening at second order: what comes next is looked for from where the gap shows
+                lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
+                mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
+                after = family.gap(mover_one, mover_two)
+                span = lead + family.impact_time(mover_one, mover_two, after, horizon - lead)
+                act = self._impact
         if span == math.inf:
             return NEVER
         at: Instant = max(later(start, span), world.time)
@@ -257,13 +295,16 @@ class ExactServer(ContactServer):
         answered = self.world.response_law(*pair) is not None
         touching = abs(gap.separation) <= gap.touch
         if touching and abs(gap.speed) <= gap.still:
+            loaded = self._loaded(pair, gap)
+            if loaded and gap.acceleration > 0.0:
+                return (0.0, self._leave) if pair in self.touching else (math.inf, None)
             if pair not in self.touching:
                 return 0.0, self._meet
-            if gap.acceleration < 0.0 and answered and self._loaded(pair, gap):
+            if loaded and answered:
                 return 0.0, self._settle
-            if gap.acceleration > 0.0 and self._loaded(pair, gap):
-                return 0.0, self._leave
             return math.inf, self._leave
+        if pair in self.touching and gap.separation > gap.touch:
+            return 0.0, self._leave
         sunk = gap.separation < -gap.touch and abs(gap.speed) <= gap.still
         if sunk and answered and gap.acceleration < 0.0 and self._loaded(pair, gap):
             return 0.0, self._refuse_sunk
@@ -272,6 +313,31 @@ class ExactServer(ContactServer):
         if gap.separation < -gap.touch and not answered and pair not in self.inside:
             return 0.0, self._meet
         return family.impact_time(one, two, gap, horizon), self._impact
+
+    def _late_laws(self, pair: Pair, begun: Instant) -> list[Any]:
+        """Laws that wait for the beginning of contacts, and came to ``pair`` after it had begun."""
+        if not self.world.listeners(when.ContactBegin):
+            return []
+        one, two = (self.world.mapping.laws(obj) for obj in pair)
+        return [
+            law
+            for law in one
+            if law in two
+            and law.enabled
+            and max(one[law], two[law]) > begun
+            and any(isinstance(c.condition, when.ContactBegin) for c in law.containers)
+        ]
+
+    def _tell_late(self, entries: list[Entry]) -> None:
+        """Tell those that armed themselves on a pair in contact, once."""
+        self._keep()
+        for pair in [_pair_of(entry, self) for entry in entries]:
+            table = self.touching if pair in self.touching else self.inside
+            laws = self._late_laws(pair, table[pair])
+            table[pair] = self.world.time
+            gap = self._gap(pair, self.world.time)
+            self._tell(when.ContactBegin, [(pair, gap, -gap.speed)], laws)
+            self._again([(pair, gap, -gap.speed)])
 
     def _refuse_sunk(self, entries: list[Entry]) -> None:
         """Bodies at rest inside one another, and pressed further in."""
@@ -381,7 +447,7 @@ class ExactServer(ContactServer):
         if ball._row >= 0:
             self.world.put_reaction(ball, self, "support", None)
             if support.plane._row >= 0:
-                self.touching[self._pair(ball, support.plane)] = None
+                self.touching.setdefault(self._pair(ball, support.plane), self.world.time)
 
     def _settle(self, entries: list[Entry]) -> None:
         """Touching, still and pressed together: a support, a case that cannot be resolved yet, or held."""
@@ -426,7 +492,7 @@ class ExactServer(ContactServer):
         support = self.supports[ball] = Support(ground, outward)
         transaction.undo.append(lambda: self.supports.pop(ball, None))
         began = pair not in self.touching
-        self.touching[pair] = None
+        self.touching.setdefault(pair, world.time)
         press = self._force_without(ball)
         needed = max(-math.fsum(f * c for f, c in zip(press, support.outward, strict=True)), 0.0)
         world.put_reaction(ball, self, "support", tuple(needed * c for c in support.outward))
@@ -439,6 +505,9 @@ class ExactServer(ContactServer):
         world = self.world
         with world.instant() as transaction:
             row = transaction.touch(obj)
+            lost = _kinetic(obj, world.bodies.get("velocity", row))
+            if lost:
+                world.add_work("held", -lost)
             world.bodies.put("velocity", row, (0.0, 0.0, 0.0))
             x, y, z = self._force_without(obj)
             if obj in self.supports:
@@ -473,7 +542,7 @@ class ExactServer(ContactServer):
             gap = self._gap(pair, self.world.time)
             overlapping = gap.separation < -gap.touch and self.world.response_law(*pair) is None
             table = self.inside if overlapping else self.touching
-            table[pair] = None
+            table[pair] = self.world.time
             begun.append((pair, gap, -gap.speed))
         self._tell(when.ContactBegin, begun)
         self._again(begun)
@@ -495,13 +564,16 @@ class ExactServer(ContactServer):
             self.told[pair] = self.world.time
             self.world.transaction.later.append(lambda pair=pair: self._predict(pair))
 
-    def _tell(self, kind: type[when.Condition], found: list[tuple[Pair, Gap, float]]) -> None:
-        """Fire the containers that wait for ``kind``."""
+    def _tell(
+        self, kind: type[when.Condition], found: list[tuple[Pair, Gap, float]], only: list[Any] | None = None
+    ) -> None:
+        """Fire the containers that wait for ``kind``; of their laws ``only`` those, if given."""
         if not found:
             return
         world = self.world
         for container in world.listeners(kind):
             laws = [law for law in container.laws if law.enabled and not hasattr(law, "respond")]
+            laws = laws if only is None else [law for law in laws if law in only]
             contacts = tuple(
                 _contact(pair, gap, speed)
                 for pair, gap, speed in sorted(found, key=lambda one: (one[0][0].rank, one[0][1].rank))
@@ -554,7 +626,7 @@ class ExactServer(ContactServer):
         begun = []
         for pair in pairs:
             gap = self._gap(pair, self.world.time)
-            self.inside[pair] = None
+            self.inside[pair] = self.world.time
             begun.append((pair, gap, -gap.speed))
         self._tell(when.Impact, begun)
         self._tell(when.ContactBegin, begun)
@@ -569,6 +641,7 @@ class ExactServer(ContactServer):
         return {
             "touching": pairs(self.touching),
             "inside": pairs(self.inside),
+            "begun": [[*self.touching.values()], [*self.inside.values()]],
             "supports": [[ball.serial, s.plane.serial, s.outward] for ball, s in self.supports.items()],
             "held": [obj.serial for obj in self.held],
             "collapsing": [[a.serial, b.serial, end, seen] for (a, b), (end, seen) in self.collapsing.items()],
@@ -580,8 +653,10 @@ class ExactServer(ContactServer):
 
     def restore(self, saved: dict[str, Any]) -> None:
         by = {obj.serial: obj for obj in self.world.bodies.objects}
-        self.touching = {(by[a], by[b]): None for a, b in saved["touching"]}
-        self.inside = {(by[a], by[b]): None for a, b in saved["inside"]}
+        self.touching, self.inside = (
+            {(by[a], by[b]): tuple(since) for (a, b), since in zip(saved[name], begun, strict=True)}
+            for name, begun in zip(("touching", "inside"), saved["begun"], strict=True)
+        )
         self.supports = {by[ball]: Support(by[plane], tuple(n)) for ball, plane, n in saved["supports"]}
         self.held = {by[serial]: None for serial in saved["held"]}
         self.collapsing = {}
@@ -811,7 +886,7 @@ class _Instant:
         ended: list[tuple[Pair, Gap, float]] = []
         begun = [(pair, gap, speed) for pair, (gap, speed) in self.first.items() if pair not in server.touching]
         for pair, (gap, _) in self.first.items():
-            server.touching[pair] = None
+            server.touching.setdefault(pair, world.time)
             speed = self._separation_speed(pair)
             if speed > self._still(pair):
                 del server.touching[pair]

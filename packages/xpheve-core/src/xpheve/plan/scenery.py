@@ -46,6 +46,9 @@ def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], 
             raise OwnershipError(f"{law!r} is not in this engine: add it with engine.add_law first")
     if laws and objects:
         world.mapping.check(objects[0], laws)
+    if laws and world.contacts is not None:
+        for obj in {(obj.shape and obj.shape.kind, obj.fixed): obj for obj in objects}.values():
+            world.contacts.check(obj, laws)
 
 
 def _check_values(obj: PhysicalObject, laws: Iterable[PhysicalLaw]) -> None:
@@ -163,6 +166,8 @@ def map_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
         return
     world.mapping.check(obj, [law])
     _check_values(obj, [law])
+    if world.contacts is not None:
+        world.contacts.check(obj, [law])
     _add_columns(world, law)
     world.mapping.add(obj, law, world.time)
     _fill_columns(world, [obj], [law])

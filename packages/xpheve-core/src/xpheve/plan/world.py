@@ -158,16 +158,21 @@ class World:
         transaction = self.transaction = Transaction(self)
         try:
             yield transaction
-            self._commit(transaction)
+            new = self._commit(transaction)
         except BaseException:
             transaction.roll_back()
             raise
         finally:
             self.transaction = None
+        if self.contacts is not None:
+            new.update(obj for obj in transaction.refresh if obj._engine is not None)
+            if new:
+                self.contacts.refresh([obj._row for obj in self.in_rank_order(new)])
         for act in transaction.later:
             act()
 
-    def _commit(self, transaction: Transaction) -> None:
+    def _commit(self, transaction: Transaction) -> set[PhysicalObject]:
+        """Make the writes lasting; returns the objects whose flight is new."""
         changed = transaction.changed()
         kept = set(changed)
         for obj in transaction.touched:
@@ -180,11 +185,10 @@ class World:
             self.sum_forces(obj)
         rows = self._restart(changed, transaction)
         for obj, name in transaction.written:
-            self._tell_changed(obj, name)
-        if self.contacts is not None:
-            rows.update(obj._row for obj in transaction.refresh if obj._engine is not None)
-            if rows:
-                self.contacts.refresh(sorted(rows, key=lambda row: self.bodies.objects[row].rank))
+            flown = transaction.touched[obj].flown if obj in transaction.touched else {}
+            if name not in flown or flown[name] != self.bodies.get(name, obj._row):
+                self._tell_changed(obj, name)
+        return {self.bodies.objects[row] for row in rows}
 
     def _restart(self, changed: list[PhysicalObject], transaction: Transaction) -> set[int]:
         """Tell the steppers; returns all rows whose flight is new."""
@@ -523,7 +527,9 @@ class World:
         return container.condition.seconds if isinstance(container.condition, when.Elapsed) else 0.0
 
     def set_timer(self, container: LawContainer) -> None:
-        """Put the next call of a waiting container into the queue."""
+        """Put the next call of a waiting container into the queue, if it still waits."""
+        if container not in self.timers:
+            return
         origin, done = self.timers[container]
         due = multiple(origin, done + 1, self.period_of(container))
         rank = (0, self.ranks.container_ranks[container])
@@ -852,7 +858,7 @@ class _Timer:
         else:
             world.fire(container, Event(world.time[0], condition, world.objects_under(container)))
         if container.is_polled or getattr(condition, "every", False):
-            world.transaction.later.append(lambda: world.set_timer(container))
+            world.transaction.later.append(partial(world.set_timer, container))
         else:
             world.spend(container)
 

@@ -189,6 +189,10 @@ class ContactServer(ABC):
         """Serve ``world`` from now on."""
 
     @abstractmethod
+    def check(self, obj: Any, laws: Sequence[Any]) -> None:
+        """Raise `ContactError` if contacts of ``obj`` with others under ``laws`` could not be found."""
+
+    @abstractmethod
     def refresh(self, rows: Sequence[int]) -> None:
         """The flights, shapes or mapping of ``rows`` are new: predict their contacts again."""
 
