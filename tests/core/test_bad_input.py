@@ -29,10 +29,6 @@ from xpheve.errors import (
 NAN, INF = math.nan, math.inf
 
 
-def bug(name: str) -> pytest.MarkDecorator:
-    """Mark a test of what is known to be wrong."""
-    return pytest.mark.xfail(strict=True, reason=name)
-
 
 @contextmanager
 def refused(engine: xp.PhysicsEngine, error: type[Exception], match: str | None = None) -> Iterator[None]:
@@ -142,19 +138,19 @@ def test_the_flattest_inertia_is_taken() -> None:
         lambda: xp.Box((1, 2)),
         lambda: xp.Box((1, 2, 0)),
         lambda: xp.Box((1, NAN, 1)),
-        pytest.param(lambda: xp.Box(1.0), marks=bug("shapes_raw_errors")),
-        pytest.param(lambda: xp.Box(None), marks=bug("shapes_raw_errors")),
+        lambda: xp.Box(1.0),
+        lambda: xp.Box(None),
         lambda: xp.Capsule(0, 1),
         lambda: xp.Capsule(1, -1),
         lambda: xp.Capsule(1, NAN),
         lambda: xp.Plane((0, 0, 0)),
-        pytest.param(lambda: xp.Plane((0, NAN, 1)), marks=bug("shapes_raw_errors")),
+        lambda: xp.Plane((0, NAN, 1)),
         lambda: xp.Plane((0, INF, 1)),
         lambda: xp.Plane((0, 1)),
-        pytest.param(lambda: xp.Plane(3.0), marks=bug("shapes_raw_errors")),
-        pytest.param(lambda: xp.Plane("up!"), marks=bug("shapes_raw_errors")),
+        lambda: xp.Plane(3.0),
+        lambda: xp.Plane("up!"),
         lambda: xp.Plane(offset=NAN),
-        pytest.param(lambda: xp.Plane(offset="high"), marks=bug("shapes_raw_errors")),
+        lambda: xp.Plane(offset="high"),
     ],
 )
 def test_a_shape_that_cannot_be_is_refused(make: Callable[[], Any]) -> None:
@@ -188,7 +184,6 @@ def test_what_an_object_cannot_be() -> None:
         xp.PhysicalObject(charge=NAN)
 
 
-@bug("shapes_raw_errors")
 def test_a_density_is_a_number() -> None:
     with pytest.raises(InvalidValueError, match="density"):
         xp.PhysicalObject(xp.Sphere(1), density="thick")  # type: ignore[arg-type]
@@ -245,7 +240,6 @@ def test_forces_need_an_engine() -> None:
         xp.PhysicalObject().remove_force(1)
 
 
-@bug("inertia_zero_under_torque")
 def test_inertia_is_not_taken_away_under_a_torque(engine: xp.PhysicsEngine) -> None:
     ball = engine.object("ball")
     ball.add_force(xp.Force(torque=(0, 0, 1), duration=100.0))
@@ -299,13 +293,11 @@ def test_names_are_unique(engine: xp.PhysicsEngine) -> None:
         engine.object("bal")
 
 
-@bug("names_not_unique")
 def test_names_of_containers_are_unique(engine: xp.PhysicsEngine) -> None:
     with refused(engine, InvalidValueError, "clock"):
         engine.add_container(xp.LawContainer(xp.when.Started(), name="clock"))
 
 
-@bug("names_not_unique")
 def test_a_name_set_later_is_unique_too(engine: xp.PhysicsEngine) -> None:
     with refused(engine, InvalidValueError, "'ball'"):
         engine.object("point").name = "ball"
@@ -316,7 +308,7 @@ def test_a_stale_handle_is_refused(engine: xp.PhysicsEngine) -> None:
     ball, point = engine.object("ball"), engine.object("point")
     point._row = ball._row
     for look in ("position", "velocity", "mass", "forces", "laws"):
-        with pytest.raises(StaleHandleError, match="engine.objects"):
+        with pytest.raises(StaleHandleError, match=r"engine\.objects"):
             getattr(point, look)
     with pytest.raises(StaleHandleError):
         point.velocity = (9, 9, 9)
@@ -365,7 +357,6 @@ def test_laws_and_containers_belong_to_one_engine(engine: xp.PhysicsEngine) -> N
     assert law.engine is other and holder.engine is other and not holder.laws
 
 
-@bug("container_of_live_engine_add_law")
 def test_a_law_of_another_engine_does_not_slip_in_through_a_container(engine: xp.PhysicsEngine) -> None:
     other = xp.PhysicsEngine()
     law = other.add_law(Free(), container=xp.LawContainer(xp.when.Started()))
@@ -378,7 +369,6 @@ def test_a_law_of_another_engine_does_not_slip_in_through_a_container(engine: xp
         clock.add_law(law)
 
 
-@bug("container_of_live_engine_add_law")
 def test_a_law_put_into_a_live_container_is_in_the_engine(engine: xp.PhysicsEngine) -> None:
     clock = next(c for c in engine.containers if c.name == "clock")
     law = Free(name="late")
@@ -429,7 +419,6 @@ def test_what_is_no_law_is_not_added(engine: xp.PhysicsEngine, bad: Any) -> None
         engine.add_law(bad)
 
 
-@bug("not_a_container")
 @pytest.mark.parametrize("bad", [7, int, xp.PhysicalObject()], ids=str)
 def test_what_is_no_container_holds_nothing(engine: xp.PhysicsEngine, bad: Any) -> None:
     with refused(engine, XpheveError, "container"):
@@ -484,7 +473,6 @@ def test_between_names_objects_of_this_engine(engine: xp.PhysicsEngine) -> None:
         engine.add_law("basic:spring", between=(engine.object("ball"), stranger))
 
 
-@bug("between_raw_errors")
 def test_between_is_two_sides(engine: xp.PhysicsEngine) -> None:
     for bad in (engine.object("ball"), (engine.object("ball"),), (1, 2), "ab"):
         with refused(engine, XpheveError):
@@ -543,7 +531,7 @@ def test_a_ring_of_before_and_after_is_named_and_nothing_runs() -> None:
     engine = xp.PhysicsEngine()
     engine.add_law(Egg())
     ball = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
-    with pytest.raises(OrderError, match="Egg -> Hen -> Egg|Hen -> Egg -> Hen"):
+    with pytest.raises(OrderError, match=r"Egg -> Hen -> Egg|Hen -> Egg -> Hen"):
         engine.add_law(Hen())
         engine.run(until=1.0)
     assert ball.position == (0, 0, 0) and engine.time == 0.0 and engine.state == "ready"
@@ -662,7 +650,6 @@ def test_a_polled_container_without_a_period_needs_dt(engine: xp.PhysicsEngine) 
         engine.run(until=9.0)
 
 
-@pytest.mark.skip(reason="period_negative_hangs")
 @pytest.mark.parametrize("bad", [0.0, -1.0, NAN, INF, "soon"], ids=str)
 def test_a_period_that_cannot_be(engine: xp.PhysicsEngine, bad: Any) -> None:
     class Polled(xp.LawContainer):

@@ -16,10 +16,6 @@ from xpheve.errors import StateError
 when = xp.when
 
 
-def bug(name: str) -> pytest.MarkDecorator:
-    """Mark a test of what is known to be wrong."""
-    return pytest.mark.xfail(strict=True, reason=name)
-
 
 class Free(xp.PhysicalLaw):
     """Do what the test says."""
@@ -218,7 +214,6 @@ def test_looking_changes_nothing(dt: float | None) -> None:
     assert engine.checkpoint() == blind.checkpoint()
 
 
-@bug("copy_after_removing_local_law")
 def test_a_copy_goes_its_own_way_to_the_same_end() -> None:
     engine = full_scene()
     engine.run(until=0.8)

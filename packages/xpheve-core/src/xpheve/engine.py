@@ -519,6 +519,8 @@ class PhysicsEngine:
         ident = force.id
         if ident is None:
             ident = world.ident(law) if law is not None else world.force_ids.new()
+        elif law is None:
+            world.force_ids.given(ident)
         named = Force(force.vector, force.duration, ident, torque=force.torque)
         if force.duration == 0.0:
             return named

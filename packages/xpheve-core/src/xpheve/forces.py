@@ -96,6 +96,11 @@ class ForceIds:
     def __init__(self, last: int = 0) -> None:
         self.last = last
 
+    def given(self, id: int | str) -> None:
+        """``id`` was chosen by the user: it is not given again."""
+        if isinstance(id, int):
+            self.last = max(self.last, id)
+
     def new(self) -> int:
         """An id not given before in this engine."""
         self.last += 1

@@ -89,7 +89,7 @@ class PhysicalObject:
         If a value is not finite, of the wrong shape, or no body could have it.
     """
 
-    __slots__ = ("__weakref__", "_columns", "_engine", "_name", "_own", "_row", "fixed", "rank", "serial", "shape")
+    __slots__ = ("__weakref__", "_columns", "_engine", "_fixed", "_name", "_own", "_row", "_shape", "rank", "serial")
 
     def __init__(
         self,
@@ -115,8 +115,8 @@ class PhysicalObject:
         self._row = -1
         self.serial = -1
         self.rank = -1
-        self.shape = shape
-        self.fixed = bool(fixed)
+        self._shape = shape
+        self._fixed = bool(fixed)
         self._name = name
         self._columns = _check_columns(columns, label)
         mass = self._mass_of(mass, density, label)
@@ -165,6 +165,36 @@ class PhysicalObject:
         self._name = value
 
     @property
+    def shape(self) -> Shape | None:
+        """The shape, or None for a point; that of an object in an engine stays."""
+        return self._shape
+
+    @shape.setter
+    def shape(self, value: Shape | None) -> None:
+        self._refuse_in_engine("shape", value)
+        if value is not None and not isinstance(value, Shape):
+            raise InvalidValueError(f"{self!r}: shape = {value!r} is no shape; give one such as xpheve.Sphere(0.1)")
+        self._shape = value
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the object never moves; that of an object in an engine stays."""
+        return self._fixed
+
+    @fixed.setter
+    def fixed(self, value: bool) -> None:
+        self._refuse_in_engine("fixed", value)
+        if value and (any(self._own["velocity"]) or any(self._own["angular_velocity"])):
+            raise InvalidValueError(f"{self!r}: fixed=True, yet it has a velocity; what moves is not fixed")
+        self._fixed = bool(value)
+
+    def _refuse_in_engine(self, what: str, value: Any) -> None:
+        if self._engine is not None:
+            raise InvalidValueError(
+                f"{self!r}: {what} = {value!r}: cannot be changed in an engine; remove the object, change it, and add it again"
+            )
+
+    @property
     def label(self) -> str:
         """The name, or the serial number for an object that has none."""
         return self.name or f"#{self.serial}"
@@ -173,6 +203,14 @@ class PhysicalObject:
         """A free object with the same state, columns and name, in no engine and without forces."""
         state: dict[str, Any] = {field: self._get(field) for field in FIELDS}
         return type(self)(self.shape, fixed=self.fixed, name=self.name, **(state | self.columns))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PhysicalObject:
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as `copy.copy` makes it: free, without forces."""
+        state = {field: self._get(field) for field in FIELDS}
+        return _rebuilt, (type(self), self.shape, self.fixed, self.name, state, self.columns)
 
     # The state, read and written wherever it lives
 
@@ -332,6 +370,17 @@ class PhysicalObject:
         if engine is None:
             raise OwnershipError(f"{self!r} is in no engine: add it with engine.add_object before {call}")
         return engine
+
+
+def _rebuilt(
+    kind: type[PhysicalObject],
+    shape: Shape | None,
+    fixed: bool,
+    name: str,
+    state: dict[str, Any],
+    columns: dict[str, float],
+) -> PhysicalObject:
+    return kind(shape, fixed=fixed, name=name, **(state | columns))
 
 
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:

@@ -86,15 +86,16 @@ class ExactServer(ContactServer):
             if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
                 continue
             kinds = self._kinds.setdefault(law, set())
-            if own in kinds:
-                continue
-            kinds.update((self._shape(one).kind, one.fixed) for one in self.world.mapping.objects(law))
-            for kind, fixed in sorted(kinds | {own}):
+            for kind, fixed in sorted(kinds):
+                if not (fixed and obj.fixed) and not _is_known(own[0], kind):
+                    kinds.clear()  # of those that are gone, too: see who is there
+                    kinds.update((self._shape(one).kind, one.fixed) for one in self.world.mapping.objects(law))
+                    break
+            for kind, fixed in sorted(kinds):
                 if not (fixed and obj.fixed):
                     try:
                         family_of(own[0], kind)
                     except ContactError as error:
-                        self._kinds.pop(law)
                         raise ContactError(f"{obj!r} under {law!r}: {error}") from None
             kinds.add(own)
 
@@ -933,6 +934,14 @@ def _pair_of(entry: Entry, server: ExactServer) -> Pair:
         if known in pair and (pair[0].rank, pair[1].rank) == ranks:
             return pair
     raise ContactError(f"no pair has the ranks {ranks}")
+
+
+def _is_known(kind: str, other: str) -> bool:
+    try:
+        family_of(kind, other)
+    except ContactError:
+        return False
+    return True
 
 
 def _contact(pair: Pair, gap: Gap, approach: float) -> Contact:

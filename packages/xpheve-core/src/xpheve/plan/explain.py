@@ -132,7 +132,7 @@ def _law(world: World, law: PhysicalLaw, own: PhysicalLaw) -> dict[str, Any]:
 def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
     if not law.enabled:
         return "disabled", "disabled"
-    if not objects:
+    if not objects and (isinstance(law, (ContinuousLaw, ResponseLaw)) or not law.containers):
         return "unmapped", "no object is mapped to it"
     if isinstance(law, ContinuousLaw) and law in world.constant:
         return "stored", "constant: its force is stored, and evaluated again only when what it reads is set"

@@ -494,6 +494,7 @@ class World:
         done: set[PhysicalObject] = set()
         for obj in objects:
             self.groups.pop(obj, None)
+        for obj in objects:
             if obj in done or obj.fixed:
                 continue
             joins = any(isinstance(law, PairLaw) for law in self.continuous_laws(obj))

@@ -1,0 +1,102 @@
+"""Thesis 4.2.2: gravity as a force stored once; figures 4-5 to 4-10."""
+
+from __future__ import annotations
+
+import pytest
+
+import xpheve as xp
+
+
+@pytest.fixture
+def engine() -> xp.PhysicsEngine:
+    """Return an engine with gravity."""
+    made = xp.PhysicsEngine()
+    made.add_law("basic:planet_gravity", acceleration=9.8, name="gravity")
+    return made
+
+
+def gravity_on(body: xp.PhysicalObject) -> list[tuple[float, ...]]:
+    """Return the forces that laws stored."""
+    return [force.vector for force in body.forces if isinstance(force.id, str)]
+
+
+def test_4_2_2_force_is_mass_times_acceleration(engine: xp.PhysicsEngine) -> None:
+    body = engine.add_object(xp.PhysicalObject(mass=2.5), laws=["gravity"])
+    engine.run(until=0.0)
+    assert gravity_on(body) == [(0, -24.5, 0)]
+
+
+def test_4_2_2_stored_once_no_work_per_update(engine: xp.PhysicsEngine) -> None:
+    engine.add_objects([xp.PhysicalObject(position=(k, 0, 0)) for k in range(100)], laws=["gravity"])
+    engine.run(until=10.0, dt=0.01)
+    assert engine.law("gravity").evaluations == 1
+
+
+def test_the_default_is_9_81() -> None:
+    assert xp.PhysicsEngine().add_law("basic:planet_gravity").parameters["acceleration"] == 9.81
+
+
+@pytest.mark.parametrize("container", [None, xp.when.Started()], ids=["its own", "the startup container"])
+def test_fig_4_5_to_4_9_exactly_one_force_before_start_at_start_at_restart_and_while_running(container: object) -> None:
+    engine = xp.PhysicsEngine()
+    holder = None if container is None else xp.LawContainer(xp.when.Started())
+    gravity = engine.add_law("basic:planet_gravity", container=holder, acceleration=9.8)
+    body = engine.add_object(xp.PhysicalObject(), laws=[gravity])
+    body.add_force((1, 0, 0))
+    for _ in range(3):
+        engine.run(until=0.0)
+        assert gravity_on(body) == [(0, -9.8, 0)] and len(body.forces) == 2
+        engine.run(until=1.0)
+        gravity.enforce(xp.Event(engine.time))
+        gravity.enforce(xp.Event(engine.time))
+        assert gravity_on(body) == [(0, -9.8, 0)] and len(body.forces) == 2
+        assert body.velocity == (1, -9.8, 0)
+        engine.reset()
+        assert body.velocity == (0, 0, 0)
+        assert [force.vector for force in body.forces if isinstance(force.id, int)] == [(1, 0, 0)]
+
+
+def test_fig_4_10_mapped_while_running(engine: xp.PhysicsEngine) -> None:
+    body = engine.add_object(xp.PhysicalObject())
+    engine.run(until=1.0)
+    engine.map(body, "gravity")
+    engine.run(until=2.0)
+    assert body.velocity == (0, -9.8, 0) and len(body.forces) == 1
+
+
+def test_fig_4_5_and_4_6_a_disabled_law_adds_none_and_enabling_restores(engine: xp.PhysicsEngine) -> None:
+    gravity = engine.law("gravity")
+    gravity.enabled = False
+    body = engine.add_object(xp.PhysicalObject(), laws=[gravity])
+    engine.run(until=1.0)
+    assert body.forces == ()
+    for _ in range(3):
+        gravity.enabled = True
+        engine.run(until=engine.time)
+        assert gravity_on(body) == [(0, -9.8, 0)]
+        gravity.enabled = False
+        assert body.forces == ()
+
+
+def test_fig_5_5_the_users_forces_stay(engine: xp.PhysicsEngine) -> None:
+    gravity = engine.law("gravity")
+    body = engine.add_object(xp.PhysicalObject(), laws=[gravity])
+    mine = body.add_force((1, 2, 3), 100.0)
+    engine.run(until=0.0)
+    for act in (
+        lambda: setattr(gravity, "enabled", False),
+        lambda: setattr(gravity, "enabled", True),
+        lambda: engine.unmap(body, gravity),
+        lambda: engine.remove_law(gravity),
+    ):
+        act()
+        assert mine in body.forces
+
+
+def test_4_2_2_two_gravity_laws_have_ids_of_their_own(engine: xp.PhysicsEngine) -> None:
+    moon = engine.add_law("basic:planet_gravity", acceleration=1.6, direction=(0, 1, 0))
+    body = engine.add_object(xp.PhysicalObject(), laws=["gravity", moon])
+    engine.run(until=0.0)
+    assert len({force.id for force in body.forces}) == 2
+    engine.unmap(body, moon)
+    assert gravity_on(body) == [(0, -9.8, 0)]
