@@ -247,6 +247,14 @@ def test_inertia_is_not_taken_away_under_a_torque(engine: xp.PhysicsEngine) -> N
         ball.inertia = (0, 0, 0)
 
 
+@pytest.mark.xfail(strict=True, reason="overflow")
+def test_sums_that_overflow_are_refused(engine: xp.PhysicsEngine) -> None:
+    ball = engine.object("ball")
+    ball.add_force((1.7e308, 0, 0))
+    with refused(engine, InvalidValueError):
+        ball.add_force((1.7e308, 0, 0))
+
+
 # Whose is it
 
 
@@ -514,6 +522,18 @@ def test_arrays_of_bodies_are_read_only(engine: xp.PhysicsEngine) -> None:
     with pytest.raises(ValueError, match="read-only"):
         engine.bodies["charge"][...] = 0
     assert engine.checkpoint() == before
+
+
+@pytest.mark.xfail(strict=True, reason="law_changed_raises")
+def test_a_container_that_fails_when_told_changes_nothing(engine: xp.PhysicsEngine) -> None:
+    def fail(self: Any, law: Any, what: str, obj: Any = None) -> None:
+        raise RuntimeError("not me")
+
+    law = engine.add_law(Free(), container=type("Deaf", (xp.LawContainer,), {"condition": xp.when.Started(), "law_changed": fail}))
+    point = engine.object("point")
+    with pytest.raises((RuntimeError, XpheveError)):
+        engine.map(point, law)
+    assert point.laws == ()
 
 
 # Order

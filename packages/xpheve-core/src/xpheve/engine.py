@@ -388,6 +388,8 @@ class PhysicsEngine:
         added = tuple(objects)
         obeyed = [self._own_law(law) for law in ([laws] if isinstance(laws, (str, PhysicalLaw)) else laws)]
         scenery.check_objects(self._world, self, added, obeyed)
+        if self._world.transaction is not None:
+            self._world.transaction.coming += added
         self._structurally(lambda: scenery.add_objects(self._world, self, added, obeyed))
         return added
 
@@ -401,7 +403,10 @@ class PhysicsEngine:
         """Let ``obj`` obey ``law`` from now on."""
         self._check_own(obj)
         found = self._own_law(law)
-        self._world.mapping.check(obj, [found])
+        transaction = self._world.transaction
+        coming = transaction.mapped.setdefault(obj, []) if transaction is not None else []
+        self._world.mapping.check(obj, [*coming, found])
+        coming.append(found)
         self._structurally(lambda: scenery.map_law(self._world, obj, found))
 
     def unmap(self, obj: PhysicalObject, law: PhysicalLaw | str) -> None:
@@ -470,10 +475,11 @@ class PhysicsEngine:
             if name in law.columns:
                 value = law.columns[name].check(value, obj.label, name)
         old = obj._columns.get(name)
+        before = world.bodies.columns[name][obj._row] if name in world.bodies.columns else old
         with world.instant() as transaction:
             transaction.undo.append(lambda: self._put_column(obj, name, old))
             self._put_column(obj, name, value)
-            if value != old:
+            if value != before:
                 transaction.written[obj, name] = None
             transaction.refresh.add(obj)
             if obj not in world.unplanned:
@@ -522,6 +528,7 @@ class PhysicsEngine:
         elif law is None:
             world.force_ids.given(ident)
         named = Force(force.vector, force.duration, ident, torque=force.torque)
+        self._check_sum(obj, named)
         if force.duration == 0.0:
             return named
         until = NEVER if force.duration == math.inf else later(world.time, force.duration)
@@ -538,6 +545,18 @@ class PhysicsEngine:
             world.watch_force(obj, stored)
             world.sum_forces(obj)
         return named
+
+    def _check_sum(self, obj: PhysicalObject, force: Force) -> None:
+        """Raise if ``force`` would make the sum on ``obj``, or its acceleration, overflow."""
+        vectors = [*(one.force.vector for one in self._world.forces.on(obj)), force.vector]
+        try:
+            sums = [math.fsum(vector[k] for vector in vectors) / obj.mass for k in range(3)]
+        except OverflowError:
+            sums = [math.inf]
+        if not all(map(math.isfinite, sums)):
+            raise InvalidValueError(
+                f"{obj!r}: with {force!r} its acceleration is beyond what a float can hold; give less"
+            )
 
     def new_force_id(self) -> int:
         """An id that no force here has been given."""
@@ -755,7 +774,7 @@ class PhysicsEngine:
         begin, k = self._world.time, 0
         while every is not None:
             sample = multiple(begin, k, every)
-            if sample > end:
+            if sample[0] > end[0]:
                 break
             if not self._pass_time(sample):
                 return
@@ -784,7 +803,7 @@ class PhysicsEngine:
                     number += 1
                 world.grid = (origin, dt, number - 1)
                 continue
-            if start >= end:
+            if start[0] >= end[0]:
                 break
             world.pass_time(start, self._next_host_step)
             if self._state != "running":

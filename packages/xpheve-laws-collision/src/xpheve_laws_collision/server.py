@@ -18,7 +18,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer
 from xpheve_laws_collision.broad_phase import MANY, BroadPhase
-from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped, still_speed
+from xpheve_laws_collision.narrow_phase import ULPS, Family, Gap, Mover, family_of, flipped, still_speed
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
 from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
 
@@ -884,6 +884,8 @@ class _Instant:
                 row = transaction.touch(obj)
                 world.bodies.put("velocity", row, [component + 0.0 for component in velocity])
                 transaction.forced.add(obj)
+        for pair, (gap, _) in self.first.items():
+            self._put_on_plane(pair, gap)
         ended: list[tuple[Pair, Gap, float]] = []
         begun = [(pair, gap, speed) for pair, (gap, speed) in self.first.items() if pair not in server.touching]
         for pair, (gap, _) in self.first.items():
@@ -902,6 +904,19 @@ class _Instant:
         if ended and world.listeners(when.ContactEnd):
             server.parting += ended
             world.schedule(world.time, AFTER, (1,), server._part)
+
+    def _put_on_plane(self, pair: Pair, gap: Gap) -> None:
+        """Take the rounding of a long flight out of the normal coordinate, where it could pass for a gap later on."""
+        family, swapped = self.server._family(*pair)
+        ball, ground = (pair[1], pair[0]) if swapped else pair
+        if family.rests and ground.fixed and gap.separation != 0.0 and ball in self.world.transaction.touched:
+            flown = self.world.transaction.touched[ball]
+            size = sum(math.hypot(*one) for one in (flown.held["position"], flown.flown["position"]))
+            if abs(gap.separation) <= ULPS * size:
+                n, x = gap.normal if not swapped else flipped(gap).normal, self.world.bodies.get("position", ball._row)
+                self.world.bodies.put(
+                    "position", ball._row, [c + gap.separation * k for c, k in zip(x, n, strict=True)]
+                )
 
     def _maybe_collapse(self, pair: Pair, gap: Gap, speed: float) -> None:
         """End the bounces of a sphere on a plane in closed form once they have become too short to tell apart.

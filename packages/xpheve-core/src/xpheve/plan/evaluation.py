@@ -93,7 +93,8 @@ class Evaluator:
             obj = self.bodies.objects[int(rows[bad])]
             value = tuple(full[:, bad].tolist())
             raise LawFailedError(
-                f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before"
+                f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before",
+                law,
             )
         return full
 

@@ -34,9 +34,14 @@ class Explanation:
 def explain(engine: PhysicsEngine) -> Explanation:
     """Explain the scene of ``engine`` as it stands; one that is not planned yet is planned in a copy."""
     seen = engine
+    remarks: list[str] = []
     if engine._world.dirty:
-        seen = engine.copy()
-        seen._world.plan()
+        try:
+            seen = engine.copy()
+            seen._world.plan()
+        except (XpheveError, TypeError) as error:
+            seen = engine
+            remarks.append(f"not planned yet, and it could not be planned in a copy: {error}")
     world = seen._world
     energy = seen.energy()
     data: dict[str, Any] = {
@@ -58,7 +63,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
         "skipped": _skipped(world),
         "unread_columns": _unread(world),
         "compiled": "nothing: laws are evaluated in NumPy, one call for all objects concerned",
-        "remarks": [],
+        "remarks": remarks,
     }
     engine.registry.call("xpheve_report", engine=engine, report=data)
     return Explanation(data)

@@ -18,7 +18,9 @@ def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], 
     """Raise if one of ``objects`` cannot be added with ``laws``."""
     named = any(isinstance(obj, PhysicalObject) and obj.name for obj in objects)
     names = {obj.name for obj in world.bodies.objects if obj.name} if named else set()
-    seen: set[int] = set()
+    coming = world.transaction.coming if world.transaction is not None else []
+    seen = {id(obj) for obj in coming}
+    names |= {obj.name for obj in coming if obj.name}
     for obj in objects:
         if not isinstance(obj, PhysicalObject):
             raise InvalidValueError(f"{obj!r} is no PhysicalObject")
@@ -81,6 +83,10 @@ def add_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], la
         _add_columns(world, law)
         for obj in objects:
             world.mapping.add(obj, law, world.time)
+        for container in law.containers:
+            if type(container).law_changed is not LawContainer.law_changed:
+                for obj in objects:
+                    container.law_changed(law, "objects", obj)
     _fill_columns(world, objects, laws)
     _tell_mapped(world, when.ObjectAdded, objects, laws)
 

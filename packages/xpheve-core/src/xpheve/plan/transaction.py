@@ -9,6 +9,7 @@ from xpheve.bodies import AUTHORED_WIDTHS, STATE_WIDTHS
 from xpheve.plan.stored import StoredForce
 
 if TYPE_CHECKING:
+    from xpheve.laws import PhysicalLaw
     from xpheve.objects import PhysicalObject
     from xpheve.plan.world import World
 
@@ -44,6 +45,10 @@ class Transaction:
         self.undo: list[Callable[[], None]] = []
         self.later: list[Callable[[], None]] = []
         """Structural changes, made at the end of the instant."""
+        self.coming: list[PhysicalObject] = []
+        """Objects that will be added then."""
+        self.mapped: dict[PhysicalObject, list[PhysicalLaw]] = {}
+        """Laws that objects will be mapped to then."""
         self._counts = (world.events, world.posts, dict(world.work))
         self._evaluations = [(law, law.evaluations) for law in world.laws]
         self._firings = [(container, container.firings, container.detections) for container in world.containers]

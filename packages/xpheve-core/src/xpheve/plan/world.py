@@ -186,7 +186,7 @@ class World:
         rows = self._restart(changed, transaction)
         for obj, name in transaction.written:
             flown = transaction.touched[obj].flown if obj in transaction.touched else {}
-            if name not in flown or flown[name] != self.bodies.get(name, obj._row):
+            if name not in flown or (obj in kept and flown[name] != self.bodies.get(name, obj._row)):
                 self._tell_changed(obj, name)
         return {self.bodies.objects[row] for row in rows}
 
@@ -241,10 +241,13 @@ class World:
         transaction = self.transaction
         stored = transaction.touched[obj].forces if transaction is not None else self.forces.on(obj)
         way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
+        work: dict[str, list[float]] = {}
         for one in stored:
             if not one.accounted:
                 label = one.owner.label() if one.owner is not None else "forces"
-                self.add_work(label, math.fsum(f * d for f, d in zip(one.force.vector, way, strict=True)))
+                work.setdefault(label, []).extend(f * d for f, d in zip(one.force.vector, way, strict=True))
+        for label, parts in sorted(work.items()):
+            self.add_work(label, math.fsum(parts))
         number = int(self.bodies.batch[obj._row])
         if number < 0:
             return
@@ -338,10 +341,12 @@ class World:
         return batch.sources
 
     def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
-        """One more step of ``batch``."""
+        """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
+        begin = batch.stepper.covered(batch.state)
         before = self._snapshot(batch)
         stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, self.sources(batch))
         self._after_step(batch, before)
+        self.time = max(self.time, begin)
         if stop.rows:
             self.bodies.version[list(stop.rows)] += 1
             self.bodies.change += 1
@@ -692,9 +697,12 @@ class World:
             try:
                 self.plan()
                 due = self.queue.next_time()
-                lagging = self._lagging(min(due, until))
+                # An event whose time reads as ``until`` belongs to this run, whatever its offset.
+                ends = due[0] > until[0]
+                horizon = until if ends else due
+                lagging = self._lagging(horizon)
                 if lagging is not None:
-                    self.advance(lagging, min(due, until), host_step(lagging.stepper.covered(lagging.state)))
+                    self.advance(lagging, horizon, host_step(lagging.stepper.covered(lagging.state)))
                     continue
             except LawFailedError as error:
                 self.time = max(self.time, self._known_until())
@@ -703,7 +711,7 @@ class World:
             except BaseException:
                 self.time = max(self.time, self._known_until())
                 raise
-            if due > until:
+            if ends:
                 break
             busy = busy + 1 if due == last else 0
             last = due
@@ -714,7 +722,7 @@ class World:
             self.happen(due)
             if self.stopped():
                 return
-        self.time = until
+        self.time = max(self.time, until)
 
     def _lagging(self, horizon: Instant) -> Batch | None:
         """The batch that is known for the shortest time, if that is before ``horizon``."""
