@@ -351,6 +351,16 @@ def test_steps_one_by_one_are_the_run(plain: Any, name: str) -> None:
     assert bits(engine, objects) == plain(name, dt)
 
 
+@pytest.mark.parametrize(("name", "dt"), runs())
+def test_a_stop_at_an_event_or_a_host_step_is_no_matter(plain: Any, name: str, dt: float | None) -> None:
+    """At the very floats at which something happens, each of them."""
+    engine, objects = build(name)
+    for when in event_times(name, dt):
+        engine.run(until=when, dt=dt)
+    engine.run(until=UNTIL, dt=dt)
+    assert bits(engine, objects) == plain(name, dt)
+
+
 # Saving
 
 

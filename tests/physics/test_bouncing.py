@@ -109,7 +109,6 @@ def test_any_ball_bounces_as_the_closed_form_says(court, bounced, h: float, g: f
         assert abs(ball.velocity[2] - speed) < g * near / impact + 1e-14 * impact
 
 
-@pytest.mark.xfail(strict=True, reason="a collapse with e = 0.995 is refused: /tmp/bugs/streak_on_plane.md")
 def test_a_lively_ball_comes_to_rest_too(court) -> None:
     """e = 0.995: some 4,700 bounces, 1,400 of them less than 1e-7 s apart."""
     engine, ball, _ = court(restitution=0.995, height=0.01)

@@ -797,13 +797,14 @@ class PhysicsEngine:
         while world.settings.dt is not None and world.host_step_listeners():
             origin, dt, done = world.grid  # type: ignore[misc]
             start = multiple(origin, done + 1, dt)
-            if start < world.time:  # steps went by while nobody listened
+            if start[0] < world.time[0]:  # steps went by while nobody listened
                 number = max(done + 1, int(elapsed(world.time, origin) / dt) - 1)
-                while multiple(origin, number, dt) < world.time:
+                while multiple(origin, number, dt)[0] < world.time[0]:
                     number += 1
                 world.grid = (origin, dt, number - 1)
                 continue
             if start[0] >= end[0]:
+                end = min(end, start)  # a step that begins as the run ends is the next run's, at its own exact instant
                 break
             world.pass_time(start, self._next_host_step)
             if self._state != "running":

@@ -823,7 +823,8 @@ class _Instant:
         except Exception as error:
             raise LawFailedError(
                 f"{law.label()}.respond raised {type(error).__name__}: {error}; at t = {self.world.time[0]} s "
-                f"for {pair[0].label} and {pair[1].label}. The engine stands just before that impact"
+                f"for {pair[0].label} and {pair[1].label}. The engine stands just before that impact",
+                law,
             ) from error
         if isinstance(answer, Impulse):
             return answer

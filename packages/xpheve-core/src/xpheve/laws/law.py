@@ -74,7 +74,7 @@ class PhysicalLaw:
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        if "enforce" in cls.__dict__:
+        if inspect.getattr_static(cls, "enforce") is not PhysicalLaw.__dict__["enforce"]:
             raise LawDefinitionError(
                 f"{cls.__name__} overrides enforce, which is final: it checks `enabled` and counts; write enforce_this_law"
             )
