@@ -9,18 +9,34 @@ import sys
 
 import pytest
 
-HEAVY = ("pydantic", "pluggy", "numba", "trimesh", "scipy", "importlib.metadata", "pyarrow", "matplotlib", "PIL", "click", "rich")
+HEAVY = (
+    "pydantic",
+    "pluggy",
+    "numba",
+    "trimesh",
+    "scipy",
+    "importlib.metadata",
+    "pyarrow",
+    "matplotlib",
+    "PIL",
+    "click",
+    "rich",
+)
 
 
 def packs() -> list[str]:
     """The modules of the packs that are installed."""
-    return sorted({point.value.split(":")[0].split(".")[0] for point in importlib.metadata.entry_points(group="xpheve.packs")})
+    return sorted(
+        {point.value.split(":")[0].split(".")[0] for point in importlib.metadata.entry_points(group="xpheve.packs")}
+    )
 
 
 def loaded_after(code: str) -> set[str]:
     """Names in `sys.modules` of a fresh process after ``code``, beyond what an empty one has."""
     shown = "import sys; before = set(sys.modules)\n" + code + "\nprint(*sorted(set(sys.modules) - before))"
-    done = subprocess.run([sys.executable, "-W", "error", "-c", shown], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", shown], capture_output=True, text=True, check=True, timeout=60
+    )
     return set(done.stdout.split())
 
 
@@ -49,9 +65,17 @@ def test_the_names_of_the_front_door_load_no_pack() -> None:
 
 
 def test_a_scene_imports_the_pack_it_names_and_no_other() -> None:
-    found = loaded_after("import xpheve as xp\ne = xp.PhysicsEngine()\ne.add_law('basic:planet_gravity')\ne.run(until=1.0)")
+    found = loaded_after(
+        "import xpheve as xp\ne = xp.PhysicsEngine()\ne.add_law('basic:planet_gravity')\ne.run(until=1.0)"
+    )
     assert "xpheve_laws_basic" in found
-    assert unwanted(found, ["xpheve_laws_collision", "numba", "trimesh", "scipy", "pyarrow", "matplotlib", "PIL", "click", "rich"]) == []
+    assert (
+        unwanted(
+            found,
+            ["xpheve_laws_collision", "numba", "trimesh", "scipy", "pyarrow", "matplotlib", "PIL", "click", "rich"],
+        )
+        == []
+    )
 
 
 def seconds(module: str) -> float:

@@ -484,7 +484,6 @@ def two_responses(law: Handler, event: Any) -> None:
         law.engine.map(ball(law), name)  # type: ignore[union-attr]
 
 
-@pytest.mark.xfail(strict=True, reason="structural_in_handler_unchecked")
 @pytest.mark.parametrize("act", [twice, same_name, two_responses])
 def test_structural_calls_in_a_handler_are_checked_together(act: Act) -> None:
     law = handler(write_velocity, act)
@@ -535,7 +534,6 @@ def test_the_record_is_marked() -> None:
     assert "Handler" in str(record.metadata) or "Handler" in str(again.metadata)
 
 
-@pytest.mark.xfail(strict=True, reason="on_law_error_disable_only_events")
 def test_on_law_error_disable_holds_for_laws_along_the_way_and_responses() -> None:
     engine = xp.PhysicsEngine(on_law_error="disable")
     law = engine.add_law(field(lambda body: body.velocity * math.nan))

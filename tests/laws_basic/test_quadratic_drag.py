@@ -52,7 +52,6 @@ def test_speed_and_way_follow_the_closed_form_with_order_two() -> None:
             assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.xfail(reason="core:midpoint moves equilibria under stored forces by the order of dt^2")
 def test_a_falling_sphere_reaches_terminal_speed() -> None:
     engine = xp.PhysicsEngine(up="z")
     laws = [engine.add_law("basic:quadratic_drag"), engine.add_law("basic:planet_gravity")]

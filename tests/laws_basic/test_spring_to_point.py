@@ -72,7 +72,6 @@ def test_energy_does_not_drift() -> None:
     assert max(errors) < 1e-3
 
 
-@pytest.mark.xfail(reason="core:midpoint moves equilibria under stored forces by the order of dt^2")
 def test_a_spring_hangs_where_it_balances_the_weight() -> None:
     engine = xp.PhysicsEngine(up="z")
     laws = [

@@ -89,7 +89,9 @@ def test_a_high_floor_bounces_alike_to_the_rounding_of_its_height(court, bounced
     up=st.floats(-10.0, 10.0),
     share=st.floats(0.0, 1.2),
 )
-def test_any_ball_bounces_as_the_closed_form_says(court, bounced, h: float, g: float, e: float, up: float, share: float) -> None:
+def test_any_ball_bounces_as_the_closed_form_says(
+    court, bounced, h: float, g: float, e: float, up: float, share: float
+) -> None:
     """Thrown up or down: the same as a ball dropped from its highest point, a while before or later."""
     engine, ball, _ = court(height=h, gravity=g, restitution=e, velocity=(0.0, 0.0, up))
     h = ball.position[2] - 0.1
@@ -162,5 +164,3 @@ def test_two_floors_make_a_clockwork() -> None:
     record = engine.run(until=1000.0, every=1.0)
     assert np.abs(record[ball].position[:, 0]).max() == 0.0  # powers of two: no rounding at all
     assert set(np.abs(record[ball].velocity[:, 0]).tolist()) == {2.0}
-
-

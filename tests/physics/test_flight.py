@@ -46,7 +46,10 @@ def test_a_thrown_sphere_follows_the_parabola_at_any_output_spacing(spacing: flo
 
 
 @settings(deadline=None, max_examples=50)
-@given(times=st.lists(st.floats(0.0, 4.0), min_size=1, max_size=20).map(sorted), stepped=st.sampled_from([None, 0.1, 1 / 60]))
+@given(
+    times=st.lists(st.floats(0.0, 4.0), min_size=1, max_size=20).map(sorted),
+    stepped=st.sampled_from([None, 0.1, 1 / 60]),
+)
 def test_when_one_looks_does_not_matter(times: list[float], stepped: float | None) -> None:
     engine, ball = thrown()
     for t in times:

@@ -203,7 +203,7 @@ def test_a_general_torque_is_of_second_order() -> None:
     finest = turned(1 / 4096)
     errors = [max(np.abs(a - b).max() for a, b in zip(turned(1 / n), finest, strict=True)) for n in (16, 32, 64, 128)]
     assert errors[-1] < 1e-5
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert 1.9 < math.log2(coarse / fine) < 2.1
 
 

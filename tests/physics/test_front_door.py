@@ -17,6 +17,7 @@ import xpheve as xp
 @pytest.fixture(scope="module")
 def front() -> SimpleNamespace:
     """What the program leaves behind; its middle part is copied from the design, letter by letter."""
+    # fmt: off
     engine = xp.PhysicsEngine(up="z")
     gravity = engine.add_law("basic:planet_gravity", acceleration=9.81)      # container: the law's own default
     bounce = engine.add_law("collision:elastic", restitution=0.8)            # or add_law(MyLaw(...), container=MyContainer(...))
@@ -34,6 +35,7 @@ def front() -> SimpleNamespace:
     print(engine.time, ball.position, ball.velocity, top.orientation, top.angular_velocity)
     print(engine.energy(), engine.momentum(), engine.angular_momentum())
     print(engine.explain())
+    # fmt: on
     return SimpleNamespace(**locals())
 
 

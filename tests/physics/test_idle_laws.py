@@ -44,7 +44,9 @@ def evaluations(engine: xp.PhysicsEngine) -> dict[str, int]:
 @pytest.mark.parametrize("kind", [Noted, Push])
 @pytest.mark.parametrize("name", list(NEVER_FIRING))
 @pytest.mark.parametrize("options", [{}, {"dt": 0.01}])
-def test_a_law_whose_condition_never_fires_is_never_evaluated(name: str, kind: type[xp.PhysicalLaw], options: Any) -> None:
+def test_a_law_whose_condition_never_fires_is_never_evaluated(
+    name: str, kind: type[xp.PhysicalLaw], options: Any
+) -> None:
     engine = xp.PhysicsEngine()
     idle = engine.add_law(kind(), container=xp.LawContainer(NEVER_FIRING[name]))
     gravity = engine.add_law("basic:planet_gravity")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 from collections.abc import Iterable, Sequence
@@ -19,7 +20,9 @@ Scene = tuple[xp.PhysicsEngine, list[xp.PhysicalObject]]
 relaxed = settings(deadline=None, max_examples=20)
 
 
-def spheres(*states: tuple[Vec, Vec], restitution: float = 1.0, radius: float = 0.1, g: float = 0.0, mass: Any = 1.0) -> Scene:
+def spheres(
+    *states: tuple[Vec, Vec], restitution: float = 1.0, radius: float = 0.1, g: float = 0.0, mass: Any = 1.0
+) -> Scene:
     """Spheres of (position, velocity) that bounce off one another."""
     engine = xp.PhysicsEngine(up="z")
     laws: list[Any] = [engine.add_law("collision:elastic", restitution=restitution)]
@@ -37,9 +40,7 @@ def spheres(*states: tuple[Vec, Vec], restitution: float = 1.0, radius: float = 
 
 
 @relaxed
-@given(
-    m=st.floats(1e-6, 1e6), v1=st.floats(0.1, 10.0), v2=st.floats(-10.0, 0.0), e=st.floats(0.0, 1.0)
-)
+@given(m=st.floats(1e-6, 1e6), v1=st.floats(0.1, 10.0), v2=st.floats(-10.0, 0.0), e=st.floats(0.0, 1.0))
 def test_a_head_on_impact_is_that_of_the_textbook(m: float, v1: float, v2: float, e: float) -> None:
     engine, (a, b) = spheres(((-1, 0, 0), (v1, 0, 0)), ((1, 0, 0), (v2, 0, 0)), restitution=e, mass=(1.0, m))
     engine.run(until=2.0 / (v1 - v2))
@@ -60,8 +61,12 @@ def test_an_oblique_impact_sends_equal_spheres_apart_at_right_angles(offset: flo
     along = math.sqrt(1.0 - across * across)
     # At a graze the normal turns as 1 / along with the roundings of the place of impact.
     near = 4e-15 * speed / along
-    assert np.subtract(b.velocity, (speed * along * along, -speed * along * across, 0.0)) == pytest.approx(0.0, abs=near)
-    assert np.subtract(a.velocity, (speed * across * across, speed * along * across, 0.0)) == pytest.approx(0.0, abs=near)
+    assert np.subtract(b.velocity, (speed * along * along, -speed * along * across, 0.0)) == pytest.approx(
+        0.0, abs=near
+    )
+    assert np.subtract(a.velocity, (speed * across * across, speed * along * across, 0.0)) == pytest.approx(
+        0.0, abs=near
+    )
     assert abs(np.dot(a.velocity, b.velocity)) < 1e-14 * speed**2
 
 
@@ -213,7 +218,7 @@ def test_an_unequal_cradle_keeps_energy_and_momentum(masses: tuple[float, ...]) 
     assert engine.energy().total == pytest.approx(0.5 * masses[0], rel=1e-14)
     assert engine.momentum()[0] == pytest.approx(masses[0], rel=1e-14)
     speeds = [body.velocity[0] for body in bodies]
-    assert all(b - a > -1e-15 for a, b in zip(speeds, speeds[1:], strict=False))  # nobody runs into the next one
+    assert all(b - a > -1e-15 for a, b in itertools.pairwise(speeds))  # nobody runs into the next one
 
 
 # Gases

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -56,14 +57,19 @@ def netted() -> Any:
     engine = xp.PhysicsEngine()
     laws = [engine.add_law("basic:spring", stiffness=5.0, rest_length=1.0), engine.add_law("basic:damper", damping=0.1)]
     places = [(0, 0, 0), (1, 0.1, 0), (0, 1.2, 0.3), (-0.9, 0, 0.4), (0.2, -1, 0.1)]
-    return engine, [engine.add_object(xp.PhysicalObject(mass=1 + k, position=p), laws=laws) for k, p in enumerate(places)]
+    return engine, [
+        engine.add_object(xp.PhysicalObject(mass=1 + k, position=p), laws=laws) for k, p in enumerate(places)
+    ]
 
 
 def orbiting() -> Any:
     engine = xp.PhysicsEngine()
     law = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
     sun = xp.PhysicalObject(mass=3.0, velocity=(0, -0.25, 0))
-    return engine, [engine.add_object(body, laws=[law]) for body in (sun, xp.PhysicalObject(position=(1, 0, 0), velocity=(0, 1.5, 0.5)))]
+    return engine, [
+        engine.add_object(body, laws=[law])
+        for body in (sun, xp.PhysicalObject(position=(1, 0, 0), velocity=(0, 1.5, 0.5)))
+    ]
 
 
 def circling() -> Any:
@@ -130,7 +136,7 @@ def test_half_the_step_is_a_quarter_of_the_error(name: str) -> None:
         reference = finest + (finest - fine) / 3
     errors = [np.abs(after(build, until, dt=1 / n) - reference).max() for n in (32, 64, 128, 256)]
     assert errors[-1] < 1e-3
-    orders = [math.log2(a / b) for a, b in zip(errors, errors[1:], strict=False)]
+    orders = [math.log2(a / b) for a, b in itertools.pairwise(errors)]
     assert 1.97 < orders[-1] < 2.03, orders
     assert all(1.8 < order < 2.2 for order in orders), orders
 
@@ -150,7 +156,7 @@ def test_a_free_form_law_of_host_steps_is_of_second_order() -> None:
 
     reference = falling_with_linear_drag(1.0)
     errors = [np.abs(after(build, 1.0, dt=1 / n) - reference).max() for n in (32, 64, 128, 256)]
-    assert all(1.9 < math.log2(a / b) < 2.1 for a, b in zip(errors, errors[1:], strict=False)), errors
+    assert all(1.9 < math.log2(a / b) < 2.1 for a, b in itertools.pairwise(errors)), errors
 
 
 # What is kept
@@ -219,7 +225,7 @@ def test_the_error_follows_the_tolerance(name: str) -> None:
     exact = EXACT[name](1.0)
     tolerances = [1e-4, 1e-5, 1e-6, 1e-7]
     errors = [np.abs(after(SCENES[name], 1.0, rtol=r, atol=r * 1e-3) - exact).max() for r in tolerances]
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert coarse / fine > 3.0
     assert math.log10(errors[0] / errors[-1]) / 3 == pytest.approx(2 / 3, abs=0.15)
     assert errors[-1] < 1e-4

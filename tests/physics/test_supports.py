@@ -156,7 +156,10 @@ def test_a_collapse_on_a_slope_ends_in_sliding() -> None:
     """The component across the slope bounces to rest; the one along it knows nothing of that."""
     tilt = 0.4
     engine = xp.PhysicsEngine(up="z")
-    laws = [engine.add_law("basic:planet_gravity", acceleration=G), engine.add_law("collision:elastic", restitution=0.5)]
+    laws = [
+        engine.add_law("basic:planet_gravity", acceleration=G),
+        engine.add_law("collision:elastic", restitution=0.5),
+    ]
     normal, downhill = np.array((math.sin(tilt), 0, math.cos(tilt))), np.array((math.cos(tilt), 0, -math.sin(tilt)))
     engine.add_object(xp.PhysicalObject(xp.Plane(tuple(normal)), fixed=True), laws=laws[1:])
     ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=tuple(1.1 * normal)), laws=laws)
@@ -411,7 +414,9 @@ def test_what_is_held_goes_when_it_is_kicked() -> None:
 def test_a_ball_under_a_law_along_the_way_rests_too(law: str) -> None:
     """The reaction follows forces that change: drag slows what slides; a soft spring upwards carries a part of it."""
     scene = Scene(velocity=(2.0, 0.0, 0.0))
-    extra = scene.engine.add_law(law) if law == "basic:linear_drag" else scene.engine.add_law(law, anchor=(0.0, 0.0, 1.0))
+    extra = (
+        scene.engine.add_law(law) if law == "basic:linear_drag" else scene.engine.add_law(law, anchor=(0.0, 0.0, 1.0))
+    )
     scene.engine.map(scene.ball, extra)
     scene.engine.run(until=3.0, dt=0.01)
     assert scene.ball.position[2] == pytest.approx(0.1, abs=1e-12)

@@ -59,7 +59,8 @@ def test_a_record_of_a_top_keeps_its_angular_momentum_in_length_and_direction(ra
     record = engine.run(until=60.0, every=0.1)
     track, size = record[top], math.hypot(*begin)
     lengths = [
-        length_of_momentum((1.0, 2.0, 3.0), q, w) for q, w in zip(track.orientation, track.angular_velocity, strict=True)
+        length_of_momentum((1.0, 2.0, 3.0), q, w)
+        for q, w in zip(track.orientation, track.angular_velocity, strict=True)
     ]
     assert np.abs(np.array(lengths) / size - 1.0).max() < 2e-15  # 1e-14 was asked for; q, w and this sum round
     assert np.abs(record.energy[:, 0] / energy - 1.0).max() < 4e-15

@@ -26,7 +26,7 @@ for k in range(4):
     ball = xp.PhysicalObject(xp.Sphere(0.1), position=(0.5 * k, 0, 1 + 0.1 * k), velocity=(0, 0.1, 0), angular_velocity=(1, k, 0))
     engine.add_object(ball, laws=[gravity, bounce, *[drag][: k % 2]])
 for k in range(76):  # so that frames are large, and go to the file in many batches
-    engine.add_object(xp.PhysicalObject(position=(k, 9, 0), velocity=(0, 1, 0.1 * k), angular_velocity=(0, 0, k)))
+    engine.add_object(xp.PhysicalObject(position=(k, 9, 0), velocity=(0, 1, 0.1 * k)))
 print("ready", flush=True)
 sys.stdin.readline()
 engine.run(until=float(sys.argv[2]), dt=0.01, every=1e-3, record=sys.argv[1])

@@ -61,8 +61,12 @@ def powers(low: float, high: float) -> st.SearchStrategy[float]:
 def test_masses_of_every_size_keep_momentum_and_energy(m1: float, m2: float, e: float, offset: float) -> None:
     engine = xp.PhysicsEngine()
     bounce = engine.add_law("collision:elastic", restitution=e)
-    a = engine.add_object(xp.PhysicalObject(xp.Sphere(1.0), mass=m1, position=(-3, 0, 0), velocity=(2, 0, 0)), laws=[bounce])
-    b = engine.add_object(xp.PhysicalObject(xp.Sphere(1.0), mass=m2, position=(3, offset, 0), velocity=(-1, 0, 0)), laws=[bounce])
+    a = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(1.0), mass=m1, position=(-3, 0, 0), velocity=(2, 0, 0)), laws=[bounce]
+    )
+    b = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(1.0), mass=m2, position=(3, offset, 0), velocity=(-1, 0, 0)), laws=[bounce]
+    )
     before, p = engine.energy(), engine.momentum()
     engine.run(until=2.5)
     assert engine._world.contacts.impacts == 1
@@ -135,7 +139,9 @@ def test_a_bullet_never_misses_a_small_target(speed: float, target: float, offse
     """A point that flies at a sphere of a micrometre, from 10 m away, in one step: it hits if it is aimed."""
     engine = xp.PhysicsEngine()
     bounce = engine.add_law("collision:elastic")
-    bullet = engine.add_object(xp.PhysicalObject(position=(-10, offset * target, 0), velocity=(speed, 0, 0)), laws=[bounce])
+    bullet = engine.add_object(
+        xp.PhysicalObject(position=(-10, offset * target, 0), velocity=(speed, 0, 0)), laws=[bounce]
+    )
     ball = engine.add_object(xp.PhysicalObject(xp.Sphere(target)), laws=[bounce])
     before = engine.energy().total
     span = 20.0 / speed

@@ -89,7 +89,6 @@ def test_fig_3_18_and_3_19_disabled_laws_do_nothing_and_enforce_cannot_be_overri
         type("Cheat", (Count,), {"enforce": lambda self, event: None})
 
 
-@pytest.mark.xfail(strict=True, reason="enforce_overridden_by_mixin")
 def test_fig_3_18_nor_by_a_mixin() -> None:
     with pytest.raises(LawDefinitionError, match="final"):
         type("Cheat", (type("Mixin", (), {"enforce": lambda self, event: None}), Count), {})

@@ -17,8 +17,11 @@ from xpheve.errors import (
     LawDefinitionError,
     LawFailedError,
     OwnershipError,
+    PackError,
+    RecordError,
     StateError,
     UnknownLawError,
+    XpheveError,
 )
 from xpheve.forces import Force
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
@@ -522,13 +525,13 @@ class PhysicsEngine:
         law = world.acting
         if any(force.torque) and not any(obj.inertia):
             raise InvalidValueError(f"{obj!r} has no inertia, so no torque can turn it: give inertia=, or a shape")
+        self._check_sum(obj, force)
         ident = force.id
         if ident is None:
             ident = world.ident(law) if law is not None else world.force_ids.new()
         elif law is None:
             world.force_ids.given(ident)
         named = Force(force.vector, force.duration, ident, torque=force.torque)
-        self._check_sum(obj, named)
         if force.duration == 0.0:
             return named
         until = NEVER if force.duration == math.inf else later(world.time, force.duration)
@@ -967,6 +970,8 @@ class PhysicsEngine:
         """Everything that a run depends on, as bytes, and in a file if ``path`` is given (written aside, then renamed)."""
         from xpheve.record.checkpoint import pack, write
 
+        if self._world.transaction is not None:
+            raise StateError("a handler cannot take a checkpoint: the instant is not over; take it between runs")
         data = pack(self._save().portable(self._authored))
         if path is not None:
             write(Path(path), data)
@@ -993,9 +998,15 @@ class PhysicsEngine:
             If it needs a law that is not at hand.
         """
         from xpheve.plan.saved import revive
-        from xpheve.record.checkpoint import unpack
+        from xpheve.record.checkpoint import TORN, unpack
 
-        engine: PhysicsEngine = revive(cls, unpack(checkpoint), laws, containers, registry)
+        portable = unpack(checkpoint)
+        try:
+            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry)
+        except (UnknownLawError, PackError, RecordError):
+            raise
+        except (XpheveError, AssertionError, *TORN) as error:
+            raise RecordError(f"the checkpoint is damaged ({type(error).__name__}: {error}); take another") from error
         return engine
 
     def copy(self) -> Any:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from xpheve.errors import InvalidValueError, OwnershipError
+from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
@@ -177,10 +177,17 @@ def map_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
     _add_columns(world, law)
     world.mapping.add(obj, law, world.time)
     _fill_columns(world, [obj], [law])
+    try:
+        for container in law.containers:
+            container.law_changed(law, "objects", obj)
+    except Exception as error:
+        world.mapping.remove(obj, law)
+        raise LawFailedError(
+            f"{container.label()}.law_changed raised {type(error).__name__}: {error}; {obj!r} is not mapped to {law!r}",
+            law,
+        ) from error
     after_mapping(world, law, [obj])
     _tell_mapped(world, when.ObjectAdded, [obj], [law])
-    for container in law.containers:
-        container.law_changed(law, "objects", obj)
 
 
 def unmap_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:

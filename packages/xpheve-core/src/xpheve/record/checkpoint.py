@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import json
 import os
+import struct
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,20 @@ from numpy.typing import NDArray
 from xpheve.errors import RecordError
 
 Portable = tuple[dict[str, Any], dict[str, NDArray[Any]]]
+
+
+TORN = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    ArithmeticError,
+    RuntimeError,
+    MemoryError,
+)
+"""What reading a damaged archive may raise."""
 
 
 def pack(portable: Portable) -> bytes:
@@ -48,7 +64,7 @@ def unpack(checkpoint: bytes | str | os.PathLike[str]) -> Portable:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             header = json.loads(archive["header"].tobytes().decode())
             arrays = {name.removeprefix("array."): archive[name] for name in archive.files if name != "header"}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, UnicodeDecodeError) as error:
+    except (*TORN, zipfile.BadZipFile, zlib.error, struct.error) as error:
         raise RecordError(
             f"{where} is no whole checkpoint of xpheve ({error}); take one with engine.checkpoint(path)"
         ) from None
