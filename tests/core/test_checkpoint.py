@@ -268,7 +268,6 @@ def test_a_newer_version_is_refused_by_name() -> None:
         revived(pack((header, arrays)))
 
 
-@pytest.mark.xfail(strict=True, reason="/tmp/bugs/checkpoint_still_open.md")
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 @given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 @example(place=0.9680664454884426, bit=0)  # a method of compression that is none
@@ -306,7 +305,6 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> Any:
         yield from places(one, (*path, key))
 
 
-@pytest.mark.xfail(strict=True, reason="/tmp/bugs/checkpoint_still_open.md")
 @settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_nonsense_in_a_header_is_a_clear_error(data: st.DataObject) -> None:
@@ -360,7 +358,6 @@ def test_a_restored_engine_is_in_nobodys_way() -> None:
     assert all(obj.engine is twin for obj in twin.objects)
 
 
-@pytest.mark.xfail(strict=True, reason="/tmp/bugs/checkpoint_still_open.md")
 def test_a_checkpoint_in_the_midst_of_an_instant_is_refused() -> None:
     """An engine in the middle of an instant has no state to save."""
 
