@@ -6,6 +6,7 @@ import mpmath
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane, sphere_plane_leaves
 from xpheve_laws_collision.impact_time.sphere_sphere import offset_at, sphere_sphere, sphere_sphere_leaves
 

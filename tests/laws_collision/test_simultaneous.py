@@ -9,6 +9,7 @@ from fractions import Fraction
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+
 from xpheve_laws_collision.simultaneous import (
     EXACT_PAIRS,
     apply,

@@ -7,6 +7,7 @@ import mpmath
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+
 from xpheve.kernels.polynomial import difference_of_products, first_crossing, quadratic_roots
 
 Quartic = tuple[float, float, float, float, float]
