@@ -305,7 +305,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> Any:
         yield from places(one, (*path, key))
 
 
-@settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.too_slow])
+@settings(deadline=None, max_examples=200, report_multiple_bugs=False, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_nonsense_in_a_header_is_a_clear_error(data: st.DataObject) -> None:
     """Whatever stands where: restored, or an error of ours that says what; never another one, never half an engine."""

@@ -183,11 +183,8 @@ def cradle(n: int, incoming: int, way: Vec, g: float = 0.0) -> tuple[list[float]
     return along, max(float(np.abs(v - a * unit).max()) for v, a in zip(speeds, along, strict=True))
 
 
-@pytest.mark.parametrize("n", range(2, 13))
-@pytest.mark.parametrize("incoming", [1, 2])
+@pytest.mark.parametrize(("n", "incoming"), [(n, k) for n in range(2, 13) for k in (1, 2) if k < n])
 def test_newtons_cradle_comes_out_exact(n: int, incoming: int) -> None:
-    if incoming >= n:
-        pytest.skip("nothing to hit")
     along, sideways = cradle(n, incoming, (1.0, 0.0, 0.0))
     expected = [0.0] * (n - incoming) + [1.0] * incoming
     # Along an axis no number but 1 and the places 0.2 k is ever made; 1e-12 was asked for.
@@ -195,13 +192,10 @@ def test_newtons_cradle_comes_out_exact(n: int, incoming: int) -> None:
     assert sideways == 0.0
 
 
-@pytest.mark.parametrize("n", [2, 3, 5, 8, 12])
-@pytest.mark.parametrize("incoming", [1, 2])
+@pytest.mark.parametrize(("n", "incoming"), [(n, k) for n in (2, 3, 5, 8, 12) for k in (1, 2) if k < n])
 @pytest.mark.parametrize("way", [(1.0, 2.0, 3.0), (1.0, 1e-3, 0.0), (0.6, 0.0, -0.8)])
 @pytest.mark.parametrize("g", [0.0, 9.81])
 def test_a_slanted_or_falling_cradle_comes_out_exact(n: int, incoming: int, way: Vec, g: float) -> None:
-    if incoming >= n:
-        pytest.skip("nothing to hit")
     along, sideways = cradle(n, incoming, way, g)
     expected = [0.0] * (n - incoming) + [1.0] * incoming
     # Centres of 2.2 m are rounded to 4e-16, of 0.2 m apart: the normal errs by 1e-15, and with gravity so does 15 m/s.

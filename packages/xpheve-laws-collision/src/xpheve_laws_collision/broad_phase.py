@@ -118,38 +118,48 @@ class BroadPhase:
 
     def near(self, row: int, horizon: float) -> Rows:
         """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base."""
-        partners: Rows = self.rows[(self._mask[self.rows] & self._mask[row]) != 0]
+        n = self.world.bodies.count
+        joint = self._mask[:n] & self._mask[row] != 0
+        joint &= self._bounded[:n]
+        joint[row] = False
         if self.world.bodies.fixed[row]:
-            partners = partners[~self.world.bodies.fixed[partners]]
-        partners = partners[partners != row]
-        if len(partners) < 12 or not self._flights():
-            return partners
+            joint &= ~self.world.bodies.fixed[:n]
+        crowded = 2 * int(np.count_nonzero(joint)) > n
+        which: slice | Rows = slice(0, n) if crowded else np.flatnonzero(joint)
+        if (n if crowded else len(which)) < 12 or not self._flights():  # type: ignore[arg-type]
+            return np.flatnonzero(joint)
+        far = self._out_of_reach(row, which, horizon)
+        if crowded:
+            joint &= ~far
+            return np.flatnonzero(joint)
+        found: Rows = which[~far]  # type: ignore[index]
+        return found
+
+    def _out_of_reach(self, row: int, which: slice | Rows, horizon: float) -> NDArray[np.bool_]:
+        """Which of ``which`` the row cannot meet, by the closest approach of straight relative paths and what bends them."""
         bodies = self.world.bodies
-        base, offset = bodies.clock[0], bodies.clock[1]
-        ahead = np.maximum((base[partners] - base[row]) + (offset[partners] - offset[row]), 0.0)
-        behind = np.maximum((base[row] - base[partners]) + (offset[row] - offset[partners]), 0.0)
+        late = (bodies.clock[0, which] - bodies.clock[0, row]) + (bodies.clock[1, which] - bodies.clock[1, row])
+        behind, ahead = np.maximum(-late, 0.0), np.maximum(late, 0.0)
         x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration
-        gap2, closing, speed2, bend2, size = np.zeros((5, len(partners)))
-        for k in range(3):
-            own = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
-            other = x[k, partners] + behind * (v[k, partners] + 0.5 * behind * a[k, partners])
-            d = other - own
-            w = (v[k, partners] + behind * a[k, partners]) - (v[k, row] + ahead * a[k, row])
-            gap2 += d * d
-            closing -= d * w
-            speed2 += w * w
-            bend2 += (a[k, partners] - a[k, row]) ** 2
-            size = np.maximum(size, np.maximum(np.abs(own), np.abs(other)))
-        reach = self._radius[row] + self._radius[partners] + SLACK * (1e-3 * size + self._radius[partners])
+        own_x, own_v, own_a = (one[:, row][:, None] for one in (x, v, a))
+        if ahead.any():
+            own_x, own_v = own_x + ahead * (own_v + 0.5 * ahead * own_a), own_v + ahead * own_a
+        other_v = v[:, which] + behind * a[:, which]
+        other_x = x[:, which] + behind * (v[:, which] + (0.5 * behind) * a[:, which])
+        d, w, bend = other_x - own_x, other_v - own_v, a[:, which] - own_a
+        gap2, speed2, bend2 = (np.einsum("ij,ij->j", one, one) for one in (d, w, bend))
+        closing = -np.einsum("ij,ij->j", d, w)
+        size = np.abs(other_x).max(axis=0) + float(np.abs(own_x).max())
+        radius = self._radius[: bodies.count][which]
+        reach = self._radius[row] + radius + SLACK * (1e-3 * size + radius)
         bent = bend2 > 0.0
         if bent.any():
             reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
         with np.errstate(divide="ignore", invalid="ignore"):
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
-            far = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2
-        found: Rows = partners[~far]
-        return found
+            far: NDArray[np.bool_] = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2
+        return far
 
     def window(self) -> float:
         """A length [s] of time in which bodies fly a part of the way to their neighbours."""

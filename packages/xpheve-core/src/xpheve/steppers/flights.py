@@ -23,6 +23,7 @@ from xpheve.kernels.free_rotation import prepare, turn
 from xpheve.steppers.contract import Array, Flight, Rows, State, Stepper
 
 Quat = tuple[float, float, float, float]
+_add, _multiply = np.add, np.multiply
 Vec = tuple[float, float, float]
 
 
@@ -169,11 +170,11 @@ def _read_position(facts: _Facts, s: Any, out: Array) -> None:
     half = 0.5 * s
     for x0, v0, a, line in zip(facts.position, facts.velocity, facts.acceleration, out, strict=True):
         if type(a) is float and a == 0.0:
-            np.multiply(v0, s, line)
+            _multiply(v0, s, line)
         else:
-            np.add(v0, half * a, line)
-            np.multiply(line, s, line)
-        np.add(line, x0, line)
+            _add(v0, half * a, line)
+            _multiply(line, s, line)
+        _add(line, x0, line)
 
 
 def _read_velocity(facts: _Facts, s: Any, out: Array) -> None:
@@ -182,7 +183,7 @@ def _read_velocity(facts: _Facts, s: Any, out: Array) -> None:
         if type(a) is float and a == 0.0:
             line[...] = v0
         else:
-            np.add(v0, s * a, line)
+            _add(v0, s * a, line)
 
 
 def _spans_since(t: Instant, base: Array, offset: Array) -> Array:
