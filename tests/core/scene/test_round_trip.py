@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -215,7 +216,8 @@ def test_any_scene_comes_back_to_the_bit(form: str, scene: Any, numbers: Any, up
     for obj, (chosen, pushed) in zip(*scene, strict=True):
         engine.add_object(obj, [laws[k] for k in sorted(chosen)])
         for force in pushed:
-            obj.add_force(force)
+            with contextlib.suppress(InvalidValueError):  # one that overflows on this mass is refused
+                obj.add_force(force)
     text = dumps(engine, form)
     back = loads(text, form, registry=registry)
     assert bits(back) == bits(engine)

@@ -40,7 +40,6 @@ CONDITIONS: dict[str, type[conditions.Condition]] = {
 
 UNIT_LENGTH = 1e-14  # |q|^2 this near to 1 is rounding of a run and kept to the bit; what people round off is farther
 SHOWN = 8  # names in an error
-MOST_FORCE_IDS = 1_000_000  # ids that engines give count from 1; a larger one was chosen by a person and is met by none
 
 
 def read(path: str | os.PathLike[str], *, allow_outside: bool = False) -> SceneFile:
@@ -445,16 +444,11 @@ class _Building:
             law.between = (these, those)
 
     def _add_forces(self) -> None:
-        highest = 0
         for place, table in enumerate(self.table.objects):
             for k, one in enumerate(table.forces):
                 with self._blame(("objects", place, "forces", k)):
                     duration = math.inf if one.duration is None else one.duration
                     self.objects[place].add_force(Force(one.vector, duration, one.id, torque=one.torque))
-                    if isinstance(one.id, int):
-                        highest = max(highest, one.id)
-        while highest < MOST_FORCE_IDS and self.engine.new_force_id() < highest:
-            pass  # so that a force added later gets an id of its own
 
 
 def _plain(value: Any, kind: str) -> Any:
