@@ -139,17 +139,23 @@ class BroadPhase:
         """Which of ``which`` the row cannot meet, by the closest approach of straight relative paths and what bends them."""
         bodies = self.world.bodies
         late = (bodies.clock[0, which] - bodies.clock[0, row]) + (bodies.clock[1, which] - bodies.clock[1, row])
-        behind, ahead = np.maximum(-late, 0.0), np.maximum(late, 0.0)
+        shared = len(late) > 0 and bool((late == late[0]).all())
+        since: Any = float(late[0]) if shared else late  # one number where all were re-based together
+        behind, ahead = np.maximum(-since, 0.0), np.maximum(since, 0.0)
         x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration
-        own_x, own_v, own_a = (one[:, row][:, None] for one in (x, v, a))
-        if ahead.any():
-            own_x, own_v = own_x + ahead * (own_v + 0.5 * ahead * own_a), own_v + ahead * own_a
-        other_v = v[:, which] + behind * a[:, which]
-        other_x = x[:, which] + behind * (v[:, which] + (0.5 * behind) * a[:, which])
-        d, w, bend = other_x - own_x, other_v - own_v, a[:, which] - own_a
-        gap2, speed2, bend2 = (np.einsum("ij,ij->j", one, one) for one in (d, w, bend))
-        closing = -np.einsum("ij,ij->j", d, w)
-        size = np.abs(other_x).max(axis=0) + float(np.abs(own_x).max())
+        gap2: Any = 0.0
+        closing: Any = 0.0
+        speed2: Any = 0.0
+        bend2: Any = 0.0
+        size = 0.0
+        for k in range(3):  # a component at a time: its arrays stay in the cache, and are not fresh pages each time
+            own_x = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
+            d = x[k, which] + behind * (v[k, which] + (0.5 * behind) * a[k, which]) - own_x
+            w = v[k, which] + behind * a[k, which] - (v[k, row] + ahead * a[k, row])
+            bend = a[k, which] - a[k, row]
+            gap2, speed2, bend2 = gap2 + d * d, speed2 + w * w, bend2 + bend * bend
+            closing = closing - d * w
+            size = max(size, float(d.max()), float(-d.min())) + 2.0 * abs(float(x[k, row]))
         radius = self._radius[: bodies.count][which]
         reach = self._radius[row] + radius + SLACK * (1e-3 * size + radius)
         bent = bend2 > 0.0
