@@ -341,3 +341,14 @@ def test_2_8_objects_laws_and_mappings_change_while_it_runs() -> None:
     gone = engine.remove_object(other)
     engine.run(until=5.0)
     assert body.velocity == (4.0, -20.0, 0.0) and gone.velocity == (0.0, -10.0, 0.0)
+
+
+@pytest.mark.thesis("only-when-needed")
+def test_1_4_the_saving_is_a_number_beside_a_run_where_every_law_runs_at_each_update() -> None:
+    """How the numbers are found is held by tests/benchmarks/test_noope.py."""
+    rows = json.loads((ROOT / "benchmarks" / "results" / "noope.json").read_text(encoding="utf-8"))["rows"]
+    for scene in ("busy", "quiet"):
+        needed, *others = (row for row in rows if row["scene"] == scene)
+        assert needed["setting"] == "when needed" and needed["error"] < 1e-12
+        assert len(others) >= 2
+        assert all(row["asked"] > 100 * needed["asked"] and row["error"] > 1e-4 for row in others)
