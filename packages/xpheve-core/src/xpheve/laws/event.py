@@ -34,7 +34,8 @@ class Event:
     """One firing of a condition.
 
     ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
-    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force.
+    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force. ``condition`` is
+    the one that fired, ``id`` that of the post or force, or the property that changed; ``dt`` [s] is the host step, 0 at events of none.
     """
 
     time: float
