@@ -36,6 +36,10 @@ def test_3_4_a_pair_law_acts_when_both_obey_it(fixed: bool) -> None:
     for mapped in ((True, False), (False, True), (False, False)):
         assert two_balls(mapped, fixed) == (1.0, 0.0)
     assert two_balls((True, True), fixed) == ((-1.0, 0.0) if fixed else (0.0, 1.0))
+    engine = xp.PhysicsEngine()
+    law = engine.add_law("collision:elastic")
+    floor, ball = (engine.add_object(xp.PhysicalObject(fixed=fixed), laws=laws) for laws in ([], [law]))
+    assert law.objects == (ball,) and floor.laws == ()  # who obeys can be seen
 
 
 @pytest.mark.thesis("pairs/decide")
@@ -61,6 +65,9 @@ def test_3_2_2_3_laws_of_one_default_condition_share_a_container() -> None:
     assert one.containers == two.containers and len(engine.containers) == 2
     own = engine.add_law(started(name="e"), container=xp.LawContainer(xp.when.Started()))
     assert own.containers != one.containers  # a container that was given is that container
+    named = engine.add_law(Count(name="f"), container=xp.LawContainer(xp.when.Posted("x"), name="mine"))
+    other = engine.add_law(type("OnPost", (Count,), {"condition": xp.when.Posted("x")})())
+    assert named.containers != other.containers  # nor is one with a name shared unasked
     engine.run(until=0.0)
     assert [law.evaluations for law in (one, two, own)] == [1, 1, 1]
 
@@ -234,3 +241,33 @@ def test_3_2_2_1_entry_armed_on_what_touches_already_is_told_once() -> None:
     assert entry.evaluations == 1
     engine.run(until=3.0)
     assert entry.evaluations == 1
+
+
+@pytest.mark.thesis("suspended-is-deaf")
+def test_3_1_3_fig_3_8_what_happens_to_a_suspended_engine_is_told_when_it_goes_on() -> None:
+    """Posts, changes and new objects wake nobody meanwhile, and none is lost; a terminated engine wakes nobody."""
+    conditions = (xp.when.Posted(), xp.when.Changed(), xp.when.ObjectAdded(), xp.when.Elapsed(0.25, every=True))
+    engine = xp.PhysicsEngine()
+    laws = [engine.add_law(Count(name=str(one)), container=xp.LawContainer(one)) for one in conditions]
+    body = engine.add_object(xp.PhysicalObject(), laws=laws)
+    engine.run(until=1.0)
+
+    def counts() -> list[int]:
+        return [law.evaluations for law in laws]
+
+    def disturb() -> None:
+        engine.post("now")
+        body.mass += 1.0
+        engine.add_object(xp.PhysicalObject(), laws=laws)
+
+    before = counts()
+    engine.suspend()
+    disturb()
+    assert counts() == before == [0, 0, 1, 4]
+    engine.resume()
+    assert counts() == before
+    engine.run(until=1.125)
+    assert counts() == [1, 1, 2, 4]
+    engine.terminate()
+    disturb()
+    assert counts() == [1, 1, 2, 4]
