@@ -313,12 +313,12 @@ def put_into_page(text: str, page: Path) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(prog="benchmarks/noope", description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="few samples, 30 balls: to see that all works")
+    parser.add_argument("--quick", action="store_true", help="few samples, 12 balls: to see that all works")
     parser.add_argument("--samples", type=int, help=f"turns that each row has (default: {SAMPLES})")
     parser.add_argument("--out", type=Path, help="folder for the results (default: benchmarks/results; of --quick, .benchmarks)")
     parser.add_argument("--page", action="store_true", help="put the table into docs/benchmarks.md, too")
     chosen = parser.parse_args(arguments)
-    samples, n = (2, 30) if chosen.quick else (SAMPLES, BALLS)
+    samples, n = (2, 12) if chosen.quick else (SAMPLES, BALLS)
     results: dict[str, Any] = {"machine": machine(), "samples": chosen.samples or samples, "balls": n, "quick": chosen.quick}
     results["rows"] = measure(chosen.samples or samples, n)
     text = table(results)
