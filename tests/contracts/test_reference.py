@@ -84,6 +84,8 @@ def test_a_class_says_what_it_is_made_from(name: str) -> None:
         given = [one.name for one in inspect.signature(kind).parameters.values() if one.kind in kinds]
     else:
         return
+    if len(given) == 1:
+        return  # what it says is about that one
     missing = [
         one for one in given if not re.search(rf"^{one}$|^[\w, ]*\b{one}\b[\w, ]*$|``{one}\b", doc, re.MULTILINE)
     ]

@@ -33,9 +33,10 @@ class Contact:
 class Event:
     """One firing of a condition.
 
+    ``condition`` is the one that fired; ``id`` names the post, the force, or the property that was set; ``dt`` [s] is the host step.
+
     ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
-    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force. ``condition`` is
-    the one that fired, ``id`` that of the post or force, or the property that changed; ``dt`` [s] is the host step, 0 at events of none.
+    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force.
     """
 
     time: float

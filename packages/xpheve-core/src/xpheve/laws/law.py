@@ -270,10 +270,7 @@ def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[
 
 
 class Impulse:
-    """A response that takes a pair over: an impulse ``vector`` (3,) [N s], world frame, on ``body_b``, its opposite on ``body_a``.
-
-    Raises `InvalidValueError` if it is not three finite numbers.
-    """
+    """An impulse [N s], world frame, on ``body_b`` of a contact, its opposite on ``body_a``: a response that takes the pair over."""
 
     __slots__ = ("vector",)
 
