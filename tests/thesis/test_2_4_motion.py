@@ -10,6 +10,7 @@ import pytest
 import xpheve as xp
 
 
+@pytest.mark.thesis("free-fall")
 @pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
 def test_2_4_free_fall_does_not_depend_on_mass(mass: float) -> None:
     engine = xp.PhysicsEngine()
@@ -20,6 +21,7 @@ def test_2_4_free_fall_does_not_depend_on_mass(mass: float) -> None:
     assert body.position == pytest.approx((0, -4.9, 0), rel=1e-15)
 
 
+@pytest.mark.thesis("free-fall", "weight")
 def test_2_4_weight_of_two_kilograms() -> None:
     engine = xp.PhysicsEngine()
     gravity = engine.add_law("basic:planet_gravity", acceleration=9.8)
@@ -28,6 +30,7 @@ def test_2_4_weight_of_two_kilograms() -> None:
     assert [force.vector for force in body.forces] == [(0, -19.6, 0)]
 
 
+@pytest.mark.thesis("acceleration")
 @pytest.mark.parametrize("force", [(3.0, 0.0, 0.0), (-1.0, 2.0, 0.5)])
 def test_2_4_acceleration_is_force_over_mass(force: Any) -> None:
     engine = xp.PhysicsEngine()
@@ -38,8 +41,11 @@ def test_2_4_acceleration_is_force_over_mass(force: Any) -> None:
     assert body.position == tuple(2 * 1 + f / 4 * 2 for f in force)
 
 
+@pytest.mark.thesis("irregular-updates", "acceleration")
 @pytest.mark.parametrize(
-    "cuts", [[], [0.5], [0.02 * k for k in range(1, 50)], [0.001, 0.0011, 0.4, 0.41, 0.9999999]], ids=["whole", "half", "20 ms", "odd"]
+    "cuts",
+    [[], [0.5], [0.02 * k for k in range(1, 50)], [0.001, 0.0011, 0.4, 0.41, 0.9999999]],
+    ids=["whole", "half", "20 ms", "odd"],
 )
 def test_fig_2_5_and_2_6_irregular_updates_give_the_same_motion(cuts: list[float]) -> None:
     engine = xp.PhysicsEngine()
@@ -50,6 +56,7 @@ def test_fig_2_5_and_2_6_irregular_updates_give_the_same_motion(cuts: list[float
     assert body.position == (1.0, -4.9, 0.0) and body.velocity == (1.0, -9.8, 0.0)
 
 
+@pytest.mark.thesis("irregular-updates")
 def test_fig_2_5_an_object_added_at_five_starts_at_five() -> None:
     engine = xp.PhysicsEngine()
     engine.run(until=5.0)
@@ -58,6 +65,7 @@ def test_fig_2_5_an_object_added_at_five_starts_at_five() -> None:
     assert body.position == (1, 0, 0)
 
 
+@pytest.mark.thesis("units-of-force")
 @pytest.mark.parametrize("dt", [None, 0.02, 0.3, 1.0, 2.0])
 def test_fig_2_12_twenty_newtons_for_one_second(dt: float | None) -> None:
     engine = xp.PhysicsEngine()
@@ -69,6 +77,7 @@ def test_fig_2_12_twenty_newtons_for_one_second(dt: float | None) -> None:
     assert body.velocity == (20, 0, 0) and body.position == (30, 0, 0)
 
 
+@pytest.mark.thesis("pose")
 def test_2_1_orientation_is_read_and_set() -> None:
     body = xp.PhysicalObject(orientation=(math.cos(0.5), 0, math.sin(0.5), 0))
     assert body.orientation == pytest.approx((math.cos(0.5), 0, math.sin(0.5), 0), abs=1e-16)

@@ -12,6 +12,7 @@ from xpheve.errors import InvalidValueError
 DT = 0.02
 
 
+@pytest.mark.thesis("many-forces")
 def test_fig_2_7_the_sum_of_the_forces_moves_the_object() -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject(mass=2.0))
@@ -21,10 +22,13 @@ def test_fig_2_7_the_sum_of_the_forces_moves_the_object() -> None:
     assert body.velocity == (0.5, 1.0, 0.5) and len(body.forces) == 1
 
 
+@pytest.mark.thesis("impulse-of-a-step")
 @pytest.mark.parametrize(
     ("duration", "impulses"), [(0.010, (0.2, 0.0)), (0.020, (0.4, 0.0)), (0.030, (0.4, 0.2))], ids=["(1)", "(2)", "(3)"]
 )
-def test_fig_2_8_impulse_is_force_times_the_lesser_of_duration_and_dt(duration: float, impulses: tuple[float, float]) -> None:
+def test_fig_2_8_impulse_is_force_times_the_lesser_of_duration_and_dt(
+    duration: float, impulses: tuple[float, float]
+) -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
     body.add_force((20, 0, 0), duration)
@@ -36,6 +40,7 @@ def test_fig_2_8_impulse_is_force_times_the_lesser_of_duration_and_dt(duration: 
     assert body.forces == ()
 
 
+@pytest.mark.thesis("end-inside-a-step")
 def test_2_5_a_force_that_ends_inside_a_step_is_exact_in_position_too() -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
@@ -44,6 +49,7 @@ def test_2_5_a_force_that_ends_inside_a_step_is_exact_in_position_too() -> None:
     assert body.velocity == (5, 0, 0) and body.position == (4.375, 0, 0)
 
 
+@pytest.mark.thesis("infinite-forces")
 def test_2_5_for_ever_is_inf_and_minus_one_is_refused() -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
@@ -54,6 +60,7 @@ def test_2_5_for_ever_is_inf_and_minus_one_is_refused() -> None:
     assert body.velocity == (1e6, 0, 0) and body.forces[0].duration == math.inf
 
 
+@pytest.mark.thesis("force-ids")
 def test_fig_2_9_one_id_names_many_forces_and_removes_them_all() -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
@@ -65,6 +72,7 @@ def test_fig_2_9_one_id_names_many_forces_and_removes_them_all() -> None:
     assert body.remove_force(id) == 3 and body.forces == (other,)
 
 
+@pytest.mark.thesis("pedal")
 def test_2_5_1_the_car_presses_and_releases() -> None:
     engine = xp.PhysicsEngine()
     car = engine.add_object(xp.PhysicalObject(mass=1000.0))
@@ -76,6 +84,7 @@ def test_2_5_1_the_car_presses_and_releases() -> None:
     assert car.velocity == (10, 0, 0)
 
 
+@pytest.mark.thesis("pedal", "pedal/fix")
 def test_2_5_1_a_key_that_repeats_does_not_accelerate_twice() -> None:
     """The host takes the last press away before it adds one: one id is one pedal."""
     engine = xp.PhysicsEngine()
@@ -87,6 +96,7 @@ def test_2_5_1_a_key_that_repeats_does_not_accelerate_twice() -> None:
     assert car.velocity == (5, 0, 0)
 
 
+@pytest.mark.thesis("force-over-a-pause")
 def test_3_1_2_half_a_second_left_before_a_pause_is_half_a_second_after() -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())

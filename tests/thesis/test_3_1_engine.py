@@ -18,6 +18,7 @@ class Count(xp.PhysicalLaw):
         """Do nothing."""
 
 
+@pytest.mark.thesis("order-of-setting-up")
 def test_2_8_the_order_of_setting_up_does_not_matter() -> None:
     def end(order: tuple[int, ...]) -> Any:
         engine = xp.PhysicsEngine()
@@ -40,6 +41,7 @@ def test_2_8_the_order_of_setting_up_does_not_matter() -> None:
     assert len({end(order) for order in itertools.permutations(range(4))}) == 1
 
 
+@pytest.mark.thesis("never-inside")
 def test_2_8_objects_never_move_inside_each_other() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
@@ -51,6 +53,7 @@ def test_2_8_objects_never_move_inside_each_other() -> None:
     assert record[ball].position[:, 0].max() <= 2.5 + 1e-12
 
 
+@pytest.mark.thesis("clock")
 def test_3_1_2_suspended_time_does_not_pass() -> None:
     """System time 17, start 10, paused 3: simulation time 4."""
     engine = xp.PhysicsEngine()
@@ -66,6 +69,7 @@ def test_3_1_2_suspended_time_does_not_pass() -> None:
     assert engine.time == 4.0 and ball.position == (4, 0, 0) and ball.velocity == (1, 0, 0)
 
 
+@pytest.mark.thesis("suspended-is-deaf")
 def test_3_1_3_a_suspended_engine_monitors_nothing() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(Count(), container=xp.LawContainer(xp.when.Elapsed(0.1, every=True)))
@@ -77,6 +81,7 @@ def test_3_1_3_a_suspended_engine_monitors_nothing() -> None:
     assert law.evaluations == 5
 
 
+@pytest.mark.thesis("resume-is-no-start")
 def test_3_1_3_resume_is_no_start_ten_times_over() -> None:
     engine = xp.PhysicsEngine()
     gravity = engine.add_law("basic:planet_gravity", acceleration=9.8)
@@ -90,6 +95,7 @@ def test_3_1_3_resume_is_no_start_ten_times_over() -> None:
     assert ball.velocity[1] == pytest.approx(-9.8, rel=1e-14)
 
 
+@pytest.mark.thesis("stop-time")
 def test_fig_5_7_stop_times_are_hit_exactly_and_reset_sets_zero() -> None:
     engine = xp.PhysicsEngine()
     ball = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0), position=(2, 0, 0)))

@@ -26,6 +26,7 @@ class Checks(xp.LawContainer):
         return xp.Event(self.engine.time) if self.detections % 10 == 0 else None
 
 
+@pytest.mark.thesis("one-detection-many-laws")
 def test_fig_3_11_one_detection_serves_three_laws() -> None:
     engine = xp.PhysicsEngine()
     holder = Checks()
@@ -35,10 +36,13 @@ def test_fig_3_11_one_detection_serves_three_laws() -> None:
     assert [law.evaluations for law in laws] == [10, 10, 10]
 
 
+@pytest.mark.thesis("container-is-told")
 def test_fig_3_12_the_container_is_told_when_a_law_gains_or_loses_an_object() -> None:
     told: list[Any] = []
     kind = type(
-        "Told", (xp.LawContainer,), {"condition": xp.when.Started(), "law_changed": lambda self, law, what, obj=None: told.append(obj)}
+        "Told",
+        (xp.LawContainer,),
+        {"condition": xp.when.Started(), "law_changed": lambda self, law, what, obj=None: told.append(obj)},
     )
     engine = xp.PhysicsEngine()
     law = engine.add_law(Count(), container=kind)
@@ -50,6 +54,7 @@ def test_fig_3_12_the_container_is_told_when_a_law_gains_or_loses_an_object() ->
     assert told == [one, two, one, two]
 
 
+@pytest.mark.thesis("contact-is-handed-over")
 def test_fig_3_14_the_container_hands_over_objects_normal_and_point() -> None:
     found: list[Any] = []
     kind = type("Hear", (xp.PhysicalLaw,), {"enforce_this_law": lambda self, event: found.extend(event.contacts)})
@@ -62,6 +67,7 @@ def test_fig_3_14_the_container_hands_over_objects_normal_and_point() -> None:
     assert found[0].point == (1.5, 0, 0) and abs(found[0].normal[0]) == 1.0
 
 
+@pytest.mark.thesis("container-refuses")
 def test_fig_3_16_and_3_17_a_container_refuses_a_law_of_another_role() -> None:
     engine = xp.PhysicsEngine()
     with pytest.raises(NotAcceptedError, match=r"collision:exact accepts.*role 'collision'.*gravity"):
@@ -69,6 +75,7 @@ def test_fig_3_16_and_3_17_a_container_refuses_a_law_of_another_role() -> None:
     assert engine.laws == () and engine.containers == ()
 
 
+@pytest.mark.thesis("container-refuses")
 def test_4_10_the_startup_container_takes_any_law() -> None:
     engine = xp.PhysicsEngine()
     holder = xp.LawContainer(xp.when.Started())
@@ -78,6 +85,7 @@ def test_4_10_the_startup_container_takes_any_law() -> None:
     assert len(holder.laws) == 3
 
 
+@pytest.mark.thesis("enforce-is-final", "enforce-is-final/fix")
 def test_fig_3_18_and_3_19_disabled_laws_do_nothing_and_enforce_cannot_be_overridden() -> None:
     law = Count()
     assert law.enabled
@@ -89,11 +97,13 @@ def test_fig_3_18_and_3_19_disabled_laws_do_nothing_and_enforce_cannot_be_overri
         type("Cheat", (Count,), {"enforce": lambda self, event: None})
 
 
+@pytest.mark.thesis("enforce-is-final")
 def test_fig_3_18_nor_by_a_mixin() -> None:
     with pytest.raises(LawDefinitionError, match="final"):
         type("Cheat", (type("Mixin", (), {"enforce": lambda self, event: None}), Count), {})
 
 
+@pytest.mark.thesis("called-once")
 def test_fig_3_20_and_3_21_each_enabled_law_is_called_once_when_the_condition_is_met() -> None:
     engine = xp.PhysicsEngine()
     holder = xp.LawContainer(xp.when.Posted("now"))
@@ -108,6 +118,7 @@ def test_fig_3_20_and_3_21_each_enabled_law_is_called_once_when_the_condition_is
     assert said == {"a": 1, "b": 0, "c": 1}
 
 
+@pytest.mark.thesis("only-when-needed")
 def test_1_4_laws_run_only_when_needed() -> None:
     """Beside an engine where every law runs at each of 1000 updates."""
     engine = xp.PhysicsEngine()
@@ -118,6 +129,7 @@ def test_1_4_laws_run_only_when_needed() -> None:
     assert (gravity.evaluations, bounce.evaluations, law.evaluations) == (1, 0, 0)
 
 
+@pytest.mark.thesis("pushed-car", "pushed-car/decide")
 def test_fig_3_13_a_car_pushed_against_a_wall_neither_passes_nor_gains_energy() -> None:
     engine = xp.PhysicsEngine()
     bounce = engine.add_law("collision:elastic", restitution=0.5)

@@ -20,22 +20,26 @@ def gravity_on(body: xp.PhysicalObject) -> list[tuple[float, ...]]:
     return [force.vector for force in body.forces if isinstance(force.id, str)]
 
 
+@pytest.mark.thesis("weight", "weight/fix")
 def test_4_2_2_force_is_mass_times_acceleration(engine: xp.PhysicsEngine) -> None:
     body = engine.add_object(xp.PhysicalObject(mass=2.5), laws=["gravity"])
     engine.run(until=0.0)
     assert gravity_on(body) == [(0, -24.5, 0)]
 
 
+@pytest.mark.thesis("stored-once")
 def test_4_2_2_stored_once_no_work_per_update(engine: xp.PhysicsEngine) -> None:
     engine.add_objects([xp.PhysicalObject(position=(k, 0, 0)) for k in range(100)], laws=["gravity"])
     engine.run(until=10.0, dt=0.01)
     assert engine.law("gravity").evaluations == 1
 
 
+@pytest.mark.thesis("stored-once")
 def test_the_default_is_9_81() -> None:
     assert xp.PhysicsEngine().add_law("basic:planet_gravity").parameters["acceleration"] == 9.81
 
 
+@pytest.mark.thesis("one-gravity-force", "one-gravity-force/fix", "each-start", "each-start/fix")
 @pytest.mark.parametrize("container", [None, xp.when.Started()], ids=["its own", "the startup container"])
 def test_fig_4_5_to_4_9_exactly_one_force_before_start_at_start_at_restart_and_while_running(container: object) -> None:
     engine = xp.PhysicsEngine()
@@ -56,6 +60,7 @@ def test_fig_4_5_to_4_9_exactly_one_force_before_start_at_start_at_restart_and_w
         assert [force.vector for force in body.forces if isinstance(force.id, int)] == [(1, 0, 0)]
 
 
+@pytest.mark.thesis("one-gravity-force")
 def test_fig_4_10_mapped_while_running(engine: xp.PhysicsEngine) -> None:
     body = engine.add_object(xp.PhysicalObject())
     engine.run(until=1.0)
@@ -64,6 +69,7 @@ def test_fig_4_10_mapped_while_running(engine: xp.PhysicsEngine) -> None:
     assert body.velocity == (0, -9.8, 0) and len(body.forces) == 1
 
 
+@pytest.mark.thesis("disabled-gravity")
 def test_fig_4_5_and_4_6_a_disabled_law_adds_none_and_enabling_restores(engine: xp.PhysicsEngine) -> None:
     gravity = engine.law("gravity")
     gravity.enabled = False
@@ -78,6 +84,7 @@ def test_fig_4_5_and_4_6_a_disabled_law_adds_none_and_enabling_restores(engine: 
         assert body.forces == ()
 
 
+@pytest.mark.thesis("one-gravity-force", "one-gravity-force/fix", "disabled-gravity")
 def test_fig_5_5_the_users_forces_stay(engine: xp.PhysicsEngine) -> None:
     gravity = engine.law("gravity")
     body = engine.add_object(xp.PhysicalObject(), laws=[gravity])
@@ -93,6 +100,7 @@ def test_fig_5_5_the_users_forces_stay(engine: xp.PhysicsEngine) -> None:
         assert mine in body.forces
 
 
+@pytest.mark.thesis("disabled-gravity/fix")
 def test_4_2_2_two_gravity_laws_have_ids_of_their_own(engine: xp.PhysicsEngine) -> None:
     moon = engine.add_law("basic:planet_gravity", acceleration=1.6, direction=(0, 1, 0))
     body = engine.add_object(xp.PhysicalObject(), laws=["gravity", moon])

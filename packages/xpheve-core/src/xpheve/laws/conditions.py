@@ -18,7 +18,7 @@ from xpheve.errors import InvalidValueError
 
 @dataclass(frozen=True)
 class Condition:
-    """What every wakeup condition is."""
+    """What every wakeup condition is; with ``once`` it fires at its first event only, until a `reset`."""
 
     once: bool = field(default=False, kw_only=True)
 

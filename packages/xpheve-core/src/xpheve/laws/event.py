@@ -33,6 +33,8 @@ class Contact:
 class Event:
     """One firing of a condition.
 
+    ``condition`` is the one that fired; ``id`` names the post, the force, or the property that was set; ``dt`` [s] is the host step.
+
     ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
     ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force.
     """

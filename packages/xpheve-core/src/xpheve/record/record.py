@@ -83,7 +83,7 @@ class Record:
 
     @property
     def serial(self) -> IntArray:
-        """The objects of every frame, shape (n,)."""
+        """The objects of every frame, shape (n,). Raises `RecordError` if they are not the same in all frames."""
         common = self._index.common()
         if common is None:
             changes = self._index.changes()
@@ -146,7 +146,7 @@ class Record:
         return self.frames(range(len(self)))
 
     def frame(self, number: int) -> Frame:
-        """One frame; negative numbers count from the end."""
+        """One frame; negative numbers count from the end. Raises `RecordError` if there is none of that number."""
         count = len(self)
         if not -count <= number < count:
             raise RecordError(f"frame {number}: the record has {count} frames")

@@ -1,0 +1,58 @@
+"""Makes the reference from the docstrings: static pages in ``docs/_build``, or in the folder given.
+
+Run ``docs/build``, or ``python docs/make_reference.py [FOLDER]``. It needs pdoc, which is among the requirements for development.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from importlib import import_module
+from pathlib import Path
+
+import pdoc
+import pdoc.render
+
+import xpheve
+
+MODULES = (
+    "xpheve",
+    "xpheve.laws.conditions",
+    "xpheve.errors",
+    "xpheve.shapes",
+    "xpheve.steppers.contract",
+    "xpheve.plugins",
+    "xpheve_laws_basic",
+    "xpheve_laws_collision",
+)
+
+HEAD = """xPheve: an extensible physics engine.
+
+Most of what a program needs is here: `import xpheve as xp`. Beside it there are
+
+- `xpheve.laws.conditions`, which programs call `xp.when`: when laws are called,
+- `xpheve.errors`: what is raised,
+- `xpheve.shapes`: what objects look like,
+- `xpheve.steppers.contract` and `xpheve.plugins`: for authors of steppers and of packs,
+- `xpheve_laws_basic` and `xpheve_laws_collision`: the laws that come along, each by its id.
+"""
+
+
+def make(folder: Path) -> None:
+    """Write the pages into ``folder``."""
+    for name in MODULES:  # names that are loaded when they are touched are put where pdoc looks
+        home = import_module(name)
+        vars(home).update({key: getattr(home, key) for key in getattr(home, "__all__", ())})
+    xpheve.__doc__ = HEAD
+    pdoc.render.configure(docformat="numpy", show_source=False, footer_text=f"xPheve {xpheve.__version__}")
+    shown = [part for name in MODULES for part in (name, rf"!{re.escape(name)}\..*")]
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Error parsing type annotation")  # it is then shown as it is written
+        pdoc.pdoc(*shown, output_directory=folder)
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "_build"
+    make(target)
+    print(f"{target / 'index.html'}: written")
