@@ -726,6 +726,8 @@ class World:
                 lagging = self._lagging(horizon)
                 if lagging is not None:
                     self.advance(lagging, horizon, host_step(lagging.stepper.covered(lagging.state)))
+                    if self.stopped():
+                        return
                     continue
             except LawFailedError as error:
                 self.time = max(self.time, self._known_until())
@@ -767,7 +769,7 @@ class World:
         law.enabled = False
 
     def stopped(self) -> bool:
-        """Whether a handler suspended or terminated the engine; set by the engine."""
+        """Whether a handler suspended or terminated the engine, or a frame in real time has taken too long; set by the engine."""
         return False
 
     def happen(self, due: Instant) -> None:
