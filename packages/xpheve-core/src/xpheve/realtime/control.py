@@ -55,7 +55,7 @@ class Control(Update):
         until
             Stop time [s]: the engine suspends itself there, exactly; `resume` goes on.
         on_frame
-            Called with each snapshot, on the engine's thread, between two frames.
+            Called with each snapshot but that of `terminate`, on the engine's thread, between two frames.
         keep_inputs
             Whether to keep the log for `replay`; it grows with what other threads write.
         source
@@ -277,7 +277,8 @@ class Control(Update):
     def next_frame(self, after: Snapshot | None = None, timeout: float | None = None) -> Snapshot | None:
         """Sleep until there is a snapshot newer than ``after`` (default: the last one), and return it.
 
-        None if ``timeout`` [s] passed or the engine ended. While the engine is suspended there is a new one only after a write. Raises what failed in the background.
+        None if ``timeout`` [s] passed or the engine ended. While the engine is suspended there is a new one only after a write.
+        Raises what failed in the background.
         """
         live = self._live
         self._surface()

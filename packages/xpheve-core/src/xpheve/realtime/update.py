@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from xpheve.kernels.clock import Instant
     from xpheve.objects import PhysicalObject
     from xpheve.plan.world import World
-    from xpheve.steppers.contract import Settings
     from xpheve.realtime.live import Entry, Live
+    from xpheve.steppers.contract import Settings
 
 COMMANDS = frozenset({"suspend", "resume", "terminate", "stop_time"})
 
@@ -81,7 +81,7 @@ class Update:
             self._fail(live, error)
         finally:
             live.end_frame(entries)
-        if live.on_frame is not None:
+        if live.on_frame is not None and not live.closed:
             try:
                 live.on_frame(self._published[0])
             except BaseException as error:
