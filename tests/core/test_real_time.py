@@ -339,6 +339,33 @@ def test_what_only_shows_later_surfaces_in_the_next_call_and_names_the_write(eng
     assert engine.state == "running"  # the write is lost, and it was said; the rest goes on
 
 
+def test_looking_without_end_keeps_no_frame_out(engine: xp.PhysicsEngine) -> None:
+    engine.start()
+    over = threading.Event()
+
+    def look() -> None:
+        while not over.is_set():
+            engine.momentum()
+
+    threads = [threading.Thread(target=look) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    assert engine.wait(until=0.3, timeout=20)
+    over.set()
+    for thread in threads:
+        thread.join(10)
+        assert not thread.is_alive()
+
+
+def test_a_crowd_of_writes_is_done_and_none_is_lost(engine: xp.PhysicsEngine) -> None:
+    engine.start(frames=1, source=System())  # no frame comes, so that the queue fills up
+    drifts = engine.object("drifts")
+    for k in range(10_500):
+        drifts.velocity = (k, 0, 0)
+    engine.terminate()
+    assert drifts.velocity == (10_499, 0, 0) and len(engine.inputs) == 10_500
+
+
 def test_writes_while_it_is_suspended_show_at_once(engine: xp.PhysicsEngine) -> None:
     engine.start()
     engine.suspend()

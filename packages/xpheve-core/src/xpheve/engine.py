@@ -503,6 +503,12 @@ class PhysicsEngine(Control):
             if name in ("mass", "inertia"):
                 scenery.restore_constant_forces(world, obj, name)
 
+    @property
+    def is_mine(self) -> bool:
+        """Whether the calling thread may touch the scene itself; others see the last snapshot of a started engine."""
+        live = self._live
+        return live is None or live.holder == get_ident()
+
     def read_column(self, obj: PhysicalObject, name: str) -> float:
         """Extra column ``name`` of ``obj``. Raises `InvalidValueError`."""
         live = self._live
@@ -510,6 +516,8 @@ class PhysicsEngine(Control):
             shot = self._published[0]
             if obj in shot.rows and name in shot.columns:
                 return float(shot.columns[name][shot.rows[obj]])
+            if name in obj._columns:  # no law reads it
+                return obj._columns[name]
         columns = self._world.bodies.columns
         if name not in columns:
             raise InvalidValueError(f"no law here declares a column {name!r}; at hand: {', '.join(columns) or 'none'}")

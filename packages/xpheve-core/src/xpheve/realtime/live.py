@@ -17,7 +17,7 @@ from typing import Any
 from xpheve.realtime.clock import RealClock
 from xpheve.realtime.inputs import Input
 
-BUDGET = 0.025
+BUDGET = 0.02
 """Seconds of the system after which a frame is cut, so that snapshots come and commands are heard although the machine cannot keep up."""
 GRACE = 0.01
 """Seconds that a frame may still take when somebody waits for it."""
@@ -76,6 +76,10 @@ class Live:
         self.holder: int | None = None
         self.wanting = 0
         """Threads that wait to look."""
+        self.tickets = 0
+        self.limit: int | None = None
+        """The last ticket that still goes before the frame that is due, so that looks never keep frames out."""
+        self.admitted = 0
         self.queue: deque[Entry] = deque()
         self.urgent = 0
         """Entries in the queue that somebody waits for."""
@@ -165,11 +169,15 @@ class Live:
     def hold(self) -> Iterator[None]:
         """The scene for this thread alone, between two frames."""
         with self.turn:
+            self.tickets += 1
+            mine = self.tickets
             self.wanting += 1
             self.wake(urgent=True)
-            while self.holder is not None:
+            while self.holder is not None or (self.limit is not None and mine > self.limit):
                 self.turn.wait()
             self.wanting -= 1
+            if self.limit is not None:
+                self.admitted -= 1
             self.holder = get_ident()
         try:
             yield
@@ -212,7 +220,7 @@ class Live:
             while True:
                 if self.closed:
                     return False
-                if self.urgent or (self.queue and not self.going):
+                if self.urgent or (self.queue and not self.going) or len(self.queue) >= CROWD:
                     return True
                 timeout = self._timeout() if self.going else None
                 if timeout is not None and timeout <= 0.0:
@@ -239,8 +247,10 @@ class Live:
     def begin_frame(self) -> list[Entry]:
         """Take the turn, looks first; the entries to carry out."""
         with self.turn:
-            while self.holder is not None or self.wanting:
+            self.limit, self.admitted = self.tickets, self.wanting
+            while self.holder is not None or self.admitted:
                 self.turn.wait()
+            self.limit = None
             self.holder = get_ident()
             self.deadline = time.monotonic() + (GRACE if self.urgent else BUDGET)
             self.cuttable = True
