@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import random
 import threading
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -132,10 +134,13 @@ def test_two_threads_hammer_the_engine_for_a_minute() -> None:
 
 @pytest.mark.stress
 @pytest.mark.parametrize(("balls", "rate"), [(15, 50.0), (300, 30.0)])
-def test_balls_in_a_box_are_updated_in_real_time_and_no_collision_is_missed(balls: int, rate: float) -> None:
-    from benchmarks.real_time import TOUCH, measure
-
-    found = measure(balls, 5.0)
+def test_balls_in_a_box_are_updated_in_real_time_and_no_collision_is_missed(
+    balls: int, rate: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rates hold on a machine that is otherwise free."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2]))
+    real_time = importlib.import_module("benchmarks.real_time")
+    found = real_time.measure(balls, 5.0)
     assert found["updates per second"] > rate
-    assert found["same bits as the replay"] and found["deepest overlap in a frame [m]"] < TOUCH
+    assert found["same bits as the replay"] and found["deepest overlap in a frame [m]"] < real_time.TOUCH
     assert found["CPU of 1 s suspended [s]"] < 0.05
