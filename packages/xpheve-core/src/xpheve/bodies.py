@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -134,19 +135,30 @@ class BodiesView:
     extra columns by name, (n,). Values are computed when asked for and kept until time or state moves on.
     """
 
-    __slots__ = ("_bodies", "_held", "_now", "_pool", "_reader")
+    __slots__ = ("_bodies", "_held", "_live", "_now", "_pool", "_reader", "_shot")
 
     def __init__(
-        self, bodies: Callable[[], Bodies], now: Callable[[], Any], reader: Callable[[str, Array | None], Array]
+        self,
+        bodies: Callable[[], Bodies],
+        now: Callable[[], Any],
+        reader: Callable[[str, Array | None], Array],
+        shot: Callable[[], Any] = lambda: None,
     ) -> None:
+        self._live: Any = None
+        """While the engine is started: who holds the scene; on other threads the snapshot is read."""
+        self._shot = shot
         self._bodies = bodies
         self._now = now
         self._reader = reader
         self._held: dict[str, tuple[Any, Array]] = {}
         self._pool: dict[str, list[Array]] = {}
 
+    def _elsewhere(self) -> bool:
+        """Whether another thread than this one holds the scene."""
+        return self._live is not None and self._live.holder != get_ident()
+
     def __len__(self) -> int:
-        return self._bodies().count
+        return len(self._shot()) if self._elsewhere() else self._bodies().count
 
     @property
     def position(self) -> Array:
@@ -170,6 +182,10 @@ class BodiesView:
 
     def _read(self, name: str) -> Array:
         """Column ``name`` at the present time; kept until time or state moves on, in buffers that nobody else holds."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            found: Array = self._shot()[name]
+            return found
         key = self._now()
         held = self._held.get(name)
         if held is not None and held[0] == key:
@@ -198,19 +214,28 @@ class BodiesView:
     @property
     def mass(self) -> Array:
         """Mass [kg], shape (n,)."""
+        if self._elsewhere():
+            return self._shot().mass  # type: ignore[no-any-return]
         return _frozen(self._bodies().arrays["mass"][0, : len(self)])
 
     @property
     def inertia(self) -> Array:
         """Principal moments [kg m^2], shape (n, 3)."""
+        if self._elsewhere():
+            return self._shot().inertia  # type: ignore[no-any-return]
         return _frozen(self._bodies().arrays["inertia"][:, : len(self)]).T
 
     @property
     def fixed(self) -> NDArray[np.bool_]:
         """Whether each object never moves, shape (n,)."""
+        if self._elsewhere():
+            return self._shot().fixed  # type: ignore[no-any-return]
         return _frozen(self._bodies().fixed[: len(self)])
 
     def __getitem__(self, name: str) -> Array:
+        if self._elsewhere():
+            shown: Array = self._shot()[name]
+            return shown
         bodies = self._bodies()
         if name in bodies.columns:
             return _frozen(bodies.columns[name][: len(self)])

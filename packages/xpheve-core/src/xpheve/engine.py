@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -34,15 +35,16 @@ from xpheve.plan.energy import Energy
 from xpheve.plan.stored import StoredForce
 from xpheve.plan.world import World
 from xpheve.plugins.registry import Registry
+from xpheve.realtime.control import ATOL, RTOL, Control
+from xpheve.realtime.control import seconds as _number
+from xpheve.realtime.doors import door, look
+from xpheve.realtime.states import check
 from xpheve.steppers.contract import Settings, Stepper
 
 Vec = tuple[float, float, float]
 
-RTOL, ATOL = 1e-6, 1e-9
-"""Default tolerances of `PhysicsEngine.run` where motion is not exact."""
 
-
-class PhysicsEngine:
+class PhysicsEngine(Control):
     """Objects, laws and time.
 
     Parameters
@@ -86,7 +88,8 @@ class PhysicsEngine:
         self._started = False
         self._running = False
         self._authored: Any = None
-        self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column)
+        self._prepare_control()
+        self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers))
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
@@ -95,7 +98,7 @@ class PhysicsEngine:
         """Take up ``world``."""
         self._world = world
         world.on_law_error = self._on_law_error
-        world.stopped = lambda: self._state != "running"  # type: ignore[method-assign]
+        world.stopped = self._halted  # type: ignore[method-assign]
 
     @property
     def registry(self) -> Registry:
@@ -115,6 +118,9 @@ class PhysicsEngine:
     @property
     def time(self) -> float:
         """Simulation time [s]."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            return self._seen(live).time
         return self._world.time[0]
 
     @property
@@ -129,12 +135,15 @@ class PhysicsEngine:
 
     @property
     def state(self) -> str:
-        """``"ready"``, ``"running"``, ``"suspended"`` or ``"terminated"``."""
+        """``"ready"``, ``"running"``, ``"suspended"``, ``"failed"`` or ``"terminated"``."""
         return self._state
 
     @property
     def objects(self) -> tuple[PhysicalObject, ...]:
         """All objects, in the order of the rows of `bodies`; removing one moves the last into its place."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            return self._seen(live).objects
         return tuple(self._world.bodies.objects)
 
     @property
@@ -154,12 +163,12 @@ class PhysicsEngine:
 
     def object(self, name: str) -> PhysicalObject:
         """The object called ``name``. Raises `InvalidValueError`."""
-        for obj in self._world.bodies.objects:
+        for obj in self.objects:
             if obj.name == name:
                 return obj
         from xpheve.plugins.suggest import did_you_mean
 
-        names = [obj.name for obj in self._world.bodies.objects if obj.name]
+        names = [obj.name for obj in self.objects if obj.name]
         raise InvalidValueError(f"no object is named {name!r}.{did_you_mean(name, names)}")
 
     def law(self, name: str) -> PhysicalLaw:
@@ -176,6 +185,7 @@ class PhysicsEngine:
 
     # Laws and containers
 
+    @door(waits=True)
     def add_law(
         self,
         law: str | PhysicalLaw | type[PhysicalLaw],
@@ -267,6 +277,7 @@ class PhysicsEngine:
                 return held
         return kind(condition)
 
+    @door(waits=True)
     def add_container(self, container: LawContainer) -> LawContainer:
         """Add a container; laws may be in it already or come later (`LawContainer.add_law`)."""
         world = self._world
@@ -330,6 +341,18 @@ class PhysicsEngine:
             raise OwnershipError(f"{law!r} is in another engine; make another: type(law)(**law.parameters)")
         self._world.structure += 1
 
+    @door(waits=True)
+    def put_law(self, container: LawContainer, law: PhysicalLaw) -> None:
+        """Put ``law`` into ``container`` of this engine: `LawContainer.add_law`."""
+        container.check(law)
+        self.adopt_law(law)
+        container.put(law)
+
+    @door(waits=True)
+    def take_law_out(self, container: LawContainer, law: PhysicalLaw) -> None:
+        """Take ``law`` out of ``container`` of this engine: `LawContainer.remove_law`."""
+        container.take_out(law)
+
     def _check_law_name(self, law: PhysicalLaw) -> None:
         if law.name and any(other.name == law.name for other in self._world.laws):
             raise InvalidValueError(
@@ -351,11 +374,13 @@ class PhysicsEngine:
         server.attach(self._world)
         self._world.contacts = server
 
+    @door(waits=True)
     def remove_law(self, law: PhysicalLaw | str) -> None:
         """Take a law out with its mappings; forces it stored are withdrawn."""
         found = self._own_law(law)
         self._structurally(lambda: scenery.remove_law(self._world, found) if found.engine is self else None)
 
+    @door(waits=True)
     def remove_container(self, container: LawContainer) -> None:
         """Take a container out; its laws stay in the engine."""
         if not isinstance(container, LawContainer) or container.engine is not self:
@@ -374,6 +399,7 @@ class PhysicsEngine:
         """Add one object, obeying ``laws`` (laws of this engine, or their names), at the present time; returns it."""
         return self.add_objects([obj], laws)[0]
 
+    @door(waits=True)
     def add_objects(
         self, objects: Iterable[PhysicalObject], laws: Iterable[PhysicalLaw | str] = ()
     ) -> tuple[PhysicalObject, ...]:
@@ -396,12 +422,14 @@ class PhysicsEngine:
         self._structurally(lambda: scenery.add_objects(self._world, self, added, obeyed))
         return added
 
+    @door(waits=True)
     def remove_object(self, obj: PhysicalObject) -> PhysicalObject:
         """Take an object out; it keeps its last state. In a handler: at the end of the instant."""
         self._check_own(obj)
         self._structurally(lambda: scenery.remove_object(self._world, obj) if obj._engine is self else None)
         return obj
 
+    @door(waits=True)
     def map(self, obj: PhysicalObject, law: PhysicalLaw | str) -> None:
         """Let ``obj`` obey ``law`` from now on."""
         self._check_own(obj)
@@ -412,6 +440,7 @@ class PhysicsEngine:
         coming.append(found)
         self._structurally(lambda: scenery.map_law(self._world, obj, found))
 
+    @door(waits=True)
     def unmap(self, obj: PhysicalObject, law: PhysicalLaw | str) -> None:
         """Let ``obj`` no longer obey ``law``; forces the law stored on it are withdrawn."""
         self._check_own(obj)
@@ -432,13 +461,18 @@ class PhysicsEngine:
 
     def owns(self, obj: PhysicalObject) -> bool:
         """Whether the handle ``obj`` stands for the row it names."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            return True  # it is here, and rows may be on the move; a write looks again when it is done
         objects = self._world.bodies.objects
         return 0 <= obj._row < len(objects) and objects[obj._row] is obj
 
+    @look
     def laws_of(self, obj: PhysicalObject) -> tuple[PhysicalLaw, ...]:
         """The laws that ``obj`` obeys, in rank order."""
         return tuple(self._world.ordered_laws(self._world.mapping.laws(obj)))
 
+    @look
     def objects_of(self, law: PhysicalLaw) -> tuple[PhysicalObject, ...]:
         """The objects that obey ``law``, in rank order."""
         return tuple(self._world.in_rank_order(self._world.mapping.objects(law)))
@@ -447,6 +481,10 @@ class PhysicsEngine:
 
     def read_object(self, obj: PhysicalObject, name: str) -> Any:
         """A property of ``obj`` at the present time; in a handler of host steps, half a step ahead."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            shot = self._published[0]
+            return shot.of(obj, name) if obj in shot.rows else obj._own[name]
         world = self._world
         t: Instant | None = None
         if world.ahead and world.transaction is not None and (obj, name) not in world.transaction.written:
@@ -454,6 +492,7 @@ class PhysicsEngine:
         found = world.read_row(obj._row, name, t)
         return found[0] if name == "mass" else found
 
+    @door()
     def write_object(self, obj: PhysicalObject, name: str, value: Any) -> None:
         """Set a property of ``obj`` at the present time."""
         world = self._world
@@ -464,13 +503,27 @@ class PhysicsEngine:
             if name in ("mass", "inertia"):
                 scenery.restore_constant_forces(world, obj, name)
 
+    @property
+    def is_mine(self) -> bool:
+        """Whether the calling thread may touch the scene itself; others see the last snapshot of a started engine."""
+        live = self._live
+        return live is None or live.holder == get_ident()
+
     def read_column(self, obj: PhysicalObject, name: str) -> float:
         """Extra column ``name`` of ``obj``. Raises `InvalidValueError`."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            shot = self._published[0]
+            if obj in shot.rows and name in shot.columns:
+                return float(shot.columns[name][shot.rows[obj]])
+            if name in obj._columns:  # no law reads it
+                return obj._columns[name]
         columns = self._world.bodies.columns
         if name not in columns:
             raise InvalidValueError(f"no law here declares a column {name!r}; at hand: {', '.join(columns) or 'none'}")
         return float(columns[name][obj._row])
 
+    @door()
     def write_column(self, obj: PhysicalObject, name: str, value: float) -> None:
         """Set extra column ``name`` of ``obj``."""
         world = self._world
@@ -501,6 +554,7 @@ class PhysicsEngine:
         if name in columns:
             columns[name][obj._row] = value
 
+    @look
     def forces_of(self, obj: PhysicalObject) -> tuple[Force, ...]:
         """The forces on ``obj``, each with the time it still has."""
         now = self._world.time
@@ -509,6 +563,7 @@ class PhysicsEngine:
             for one in self._world.forces.on(obj)
         )
 
+    @look
     def user_forces(self, obj: PhysicalObject) -> tuple[Force, ...]:
         """The forces on ``obj`` that no law stored."""
         now = self._world.time
@@ -518,6 +573,7 @@ class PhysicsEngine:
             if one.owner is None
         )
 
+    @door()
     def add_force(self, obj: PhysicalObject, force: Force) -> Force:
         """Let ``force`` act on ``obj`` from now on. In a handler it belongs to the law, and replaces the law's last one of that id."""
         self._check_own(obj)
@@ -561,10 +617,15 @@ class PhysicsEngine:
                 f"{obj!r}: with {force!r} its acceleration is beyond what a float can hold; give less"
             )
 
-    def new_force_id(self) -> int:
+    def new_force_id(self) -> int | str:
         """An id that no force here has been given."""
+        live = self._live
+        if live is not None and live.holder != get_ident():
+            given: str = live.new_force_id()
+            return given
         return self._world.force_ids.new()
 
+    @door(waits=True)
     def remove_force(self, obj: PhysicalObject, id: int | str) -> int:
         """Take away all of the user's forces on ``obj`` with ``id`` (in a handler, the law's); returns how many."""
         self._check_own(obj)
@@ -594,6 +655,16 @@ class PhysicsEngine:
         except BaseException:
             raise  # `acting` stays, so that the error can name the law
         world.acting = before
+
+    @door()
+    def set_parameter(self, law: PhysicalLaw, name: str, value: Any) -> None:
+        """Set a parameter of ``law``, checked: `PhysicalLaw.set_parameter`."""
+        law.put_parameter(name, value)
+
+    @door(waits=True)
+    def set_enabled(self, law: PhysicalLaw, value: bool) -> None:
+        """Switch ``law``: `PhysicalLaw.enabled`."""
+        law.put_enabled(value)
 
     def law_changed(self, law: PhysicalLaw, what: str, old: Any) -> None:
         """A parameter of ``law``, or whether it is enabled, was set: it takes effect now, or not at all."""
@@ -644,6 +715,7 @@ class PhysicsEngine:
             world.transaction.undo.append(lambda: setattr(stream.bit_generator, "state", kept))
         return stream
 
+    @door()
     def post(self, id: Any, data: Any = None, source: Any = None) -> None:
         """Post ``id``: containers armed with a fitting `xpheve.when.Posted` wake at this instant of simulation time."""
         world = self._world
@@ -723,7 +795,8 @@ class PhysicsEngine:
     def _check_run(
         self, until: float, dt: float | None, rtol: float | None, atol: float | None, every: float | None
     ) -> tuple[Instant, Settings]:
-        self._check_may_run()
+        self._surface()
+        check(self, "run")
         end = _number(until, "until")
         if end < self.time:
             raise InvalidValueError(
@@ -744,14 +817,6 @@ class PhysicsEngine:
                 f"{listeners[0]!r} asks for host steps, and run(until=...) has none; event-driven motion has no steps. "
                 "Give run(until=..., dt=...), or a condition in time such as Elapsed(seconds, every=True)"
             )
-
-    def _check_may_run(self) -> None:
-        if self._running:
-            raise StateError("the engine is running; a handler cannot run it again")
-        if self._state == "suspended":
-            raise StateError("the engine is suspended; resume() first")
-        if self._state == "terminated":
-            raise StateError("the engine is terminated; reset() first")
 
     def _begin(self, settings: Settings) -> None:
         """What happens once before time passes."""
@@ -810,7 +875,7 @@ class PhysicsEngine:
                 end = min(end, start)  # a step that begins as the run ends is the next run's, at its own exact instant
                 break
             world.pass_time(start, self._next_host_step)
-            if self._state != "running":
+            if self._halted():
                 return False
             try:
                 world.plan()
@@ -819,7 +884,7 @@ class PhysicsEngine:
                 world.give_up(error)
                 continue
             world.grid = (origin, dt, done + 1)
-            if self._state != "running":
+            if self._halted():
                 return False
         world.pass_time(end, self._next_host_step)
         return self._state == "running"
@@ -837,7 +902,8 @@ class PhysicsEngine:
 
     def step(self, dt: float) -> None:
         """One host step: to the next point of the grid of ``dt`` [s]; the same grid as ``run(dt=...)``."""
-        self._check_may_run()
+        self._surface()
+        check(self, "step")
         if _number(dt, "dt") <= 0:
             raise InvalidValueError(f"dt = {dt}: a number above 0 is needed")
         self._begin(Settings(dt, RTOL, ATOL))
@@ -850,42 +916,6 @@ class PhysicsEngine:
             if self._state == "running":
                 self._state = "ready"
 
-    def suspend(self) -> None:
-        """Stand still until `resume`; a handler that calls it stops the run after the present instant."""
-        if self._state not in ("ready", "running"):
-            raise StateError(f"suspend: the engine is {self._state}")
-        self._change_state("suspended")
-
-    def _change_state(self, state: str) -> None:
-        """Go to ``state``; taken back with the rest if the handler that asked for it fails."""
-        before, transaction = self._state, self._world.transaction
-        if transaction is not None:
-            transaction.undo.append(lambda: setattr(self, "_state", before))
-        self._state = state
-
-    def resume(self) -> None:
-        """Allow time to pass again after `suspend`."""
-        if self._state != "suspended":
-            raise StateError(f"resume: the engine is {self._state}, not suspended")
-        self._state = "ready"
-
-    def terminate(self) -> None:
-        """End for good: nothing runs until `reset`. The state can still be read."""
-        self._change_state("terminated")
-
-    def reset(self) -> None:
-        """Back to time 0 and the scene as it was when it was first started.
-
-        Objects and laws added since are taken out (they keep their last state), those removed since come back.
-        """
-        if self._running:
-            raise StateError("reset: the engine is running")
-        if self._authored is not None:
-            self._take_up(self._authored)
-            self._authored = None
-        self._started = False
-        self._state = "ready"
-
     # Looking
 
     def _now(self) -> Any:
@@ -896,24 +926,29 @@ class PhysicsEngine:
     def _read_column(self, name: str, spare: Any) -> Any:
         return self._world.read_all(name, self._world.time, spare)
 
+    @look
     def energy(self) -> Energy:
         """Kinetic and potential energy [J], and the work [J] done so far by what has no potential."""
         return conserved.energy(self._world)
 
+    @look
     def momentum(self) -> Vec:
         """Momentum [kg m/s] of all moving objects."""
         return conserved.momentum(self._world)
 
+    @look
     def angular_momentum(self) -> Vec:
         """Angular momentum [kg m^2/s] of all moving objects about the origin."""
         return conserved.angular_momentum(self._world)
 
+    @look
     def explain(self) -> Any:
         """Who serves what and why, what was skipped, and the drift; ``str()`` for people, ``.data`` and ``.to_json()``."""
         from xpheve.plan.explain import explain
 
         return explain(self)
 
+    @look
     def frame(self) -> Any:
         """The present state for a record (`xpheve.record.frame.Frame`)."""
         from xpheve.record.frame import Frame
@@ -923,6 +958,7 @@ class PhysicsEngine:
         serial = world.bodies.serial[: world.bodies.count].copy()
         return Frame(time=self.time, serial=serial, energy=(*self.energy(),), **columns)
 
+    @look
     def object_table(self) -> list[dict[str, Any]]:
         """What a record says of each object."""
         return [
@@ -966,6 +1002,7 @@ class PhysicsEngine:
 
         restore_into(self, saved)
 
+    @look
     def checkpoint(self, path: str | os.PathLike[str] | None = None) -> bytes:
         """Everything that a run depends on, as bytes, and in a file if ``path`` is given (written aside, then renamed)."""
         from xpheve.record.checkpoint import pack, write
@@ -1009,6 +1046,7 @@ class PhysicsEngine:
             raise RecordError(f"the checkpoint is damaged ({type(error).__name__}: {error}); take another") from error
         return engine
 
+    @look
     def copy(self) -> Any:
         """An engine of its own in the same state, with copies of all objects and laws (same order, names, serial numbers)."""
         from xpheve.plan.saved import revive
@@ -1020,6 +1058,7 @@ class PhysicsEngine:
             containers += [type(container) for container in self._authored.containers]
         return revive(type(self), self._save().portable(self._authored), laws, containers, self._registry)
 
+    @look
     def save_scene(self, path: str | os.PathLike[str]) -> None:
         """Write the scene as a TOML or JSON file, by the ending of ``path``."""
         from xpheve.scene import save
@@ -1051,16 +1090,6 @@ def _put_state(law: PhysicalLaw, kept: dict[str, Any]) -> None:
     """Give ``law`` back the state it had."""
     law.state.clear()
     law.state.update(kept)
-
-
-def _number(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InvalidValueError(f"{name} = {value!r}: a number of seconds is needed") from None
-    if not math.isfinite(number):
-        raise InvalidValueError(f"{name} = {number}: a finite number is needed")
-    return number
 
 
 __all__ = ["Energy", "PhysicsEngine"]

@@ -89,17 +89,20 @@ _vector = vector
 
 
 class ForceIds:
-    """Ids of an engine's forces: 1, 2, 3, ..., so that runs repeat."""
+    """Ids of an engine's forces: 1, 2, 3, ..., so that runs repeat; ``"input-1"``, ... for those of other threads, with a counter of their own."""
 
-    __slots__ = ("last",)
+    __slots__ = ("inputs", "last")
 
     def __init__(self, last: int = 0) -> None:
         self.last = last
+        self.inputs = 0
 
     def given(self, id: int | str) -> None:
         """``id`` was chosen by the user: it is not given again."""
         if isinstance(id, int):
             self.last = max(self.last, id)
+        elif id.startswith("input-") and id[6:].isdecimal():
+            self.inputs = max(self.inputs, int(id[6:]))
 
     def new(self) -> int:
         """An id not given before in this engine."""

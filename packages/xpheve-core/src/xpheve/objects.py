@@ -302,9 +302,9 @@ class PhysicalObject:
         return dict(self._columns)
 
     def __getitem__(self, name: str) -> float:
-        if name in self._columns:
-            return self._columns[name]
         engine = self._home()
+        if name in self._columns and (engine is None or engine.is_mine):
+            return self._columns[name]
         if engine is not None:
             return float(engine.read_column(self, name))
         raise KeyError(f"{self!r} was given no column {name!r}")

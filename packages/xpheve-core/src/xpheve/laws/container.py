@@ -67,7 +67,12 @@ class LawContainer:
         """
         self.check(law)
         if self.engine is not None:
-            self.engine.adopt_law(law)
+            self.engine.put_law(self, law)
+        else:
+            self.put(law)
+
+    def put(self, law: PhysicalLaw) -> None:
+        """For the engine: put ``law`` in, checked already."""
         if law not in self.laws:
             self.laws.append(law)
             law.containers.append(self)
@@ -86,6 +91,13 @@ class LawContainer:
 
     def remove_law(self, law: PhysicalLaw) -> None:
         """Take ``law`` out; nothing happens if it is not in."""
+        if self.engine is not None:
+            self.engine.take_law_out(self, law)
+        else:
+            self.take_out(law)
+
+    def take_out(self, law: PhysicalLaw) -> None:
+        """For the engine: take ``law`` out."""
         if law in self.laws:
             self.laws.remove(law)
             law.containers.remove(self)

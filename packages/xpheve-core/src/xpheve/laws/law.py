@@ -28,6 +28,8 @@ class LawHost(Protocol):
     @property
     def time(self) -> float: ...
     def objects_of(self, law: PhysicalLaw) -> tuple[PhysicalObject, ...]: ...
+    def set_parameter(self, law: PhysicalLaw, name: str, value: Any) -> None: ...
+    def set_enabled(self, law: PhysicalLaw, value: bool) -> None: ...
     def law_changed(self, law: PhysicalLaw, what: str, old: Any) -> None: ...
     def evaluate_and_store(self, law: PhysicalLaw) -> None: ...
     def random_stream(self, law: PhysicalLaw) -> Any: ...
@@ -129,6 +131,13 @@ class PhysicalLaw:
     def set_parameter(self, name: str, value: Any) -> None:
         """Set parameter ``name``; stored forces follow at this instant. Raises `ParameterError`."""
         checked = self.params[name].check(value, self.label())
+        if self.engine is None:
+            self.put_parameter(name, checked)
+        else:
+            self.engine.set_parameter(self, name, checked)
+
+    def put_parameter(self, name: str, checked: Any) -> None:
+        """For the engine: set parameter ``name``, checked already, at this instant."""
         old = self.parameters[name]
         if checked == old:
             return
@@ -143,6 +152,13 @@ class PhysicalLaw:
 
     @enabled.setter
     def enabled(self, value: bool) -> None:
+        if self.engine is None:
+            self.put_enabled(value)
+        else:
+            self.engine.set_enabled(self, bool(value))
+
+    def put_enabled(self, value: bool) -> None:
+        """For the engine: switch the law at this instant."""
         old = self._enabled
         self._enabled = bool(value)
         if self.engine is not None and old != self._enabled:

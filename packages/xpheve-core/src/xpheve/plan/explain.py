@@ -60,6 +60,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
             "drift": _drift(engine, energy.balance, energy),
             "work_by": dict(sorted(world.work.items())),
         },
+        "real_time": engine.real_time_report(),
         "skipped": _skipped(world),
         "unread_columns": _unread(world),
         "compiled": "nothing: laws are evaluated in NumPy, one call for all objects concerned",
@@ -230,6 +231,11 @@ def _lines(data: dict[str, Any]) -> list[str]:
             f"contacts: {c['impacts']} impacts in {c['generations']} generations, {c['predictions']} predictions",
         ]
         lines += [f"  rests: {text}" for text in c["supports"]] + [f"  held: {text}" for text in c["held"]]
+    if data["real_time"]:
+        r = data["real_time"]
+        factor = "not known yet" if r["real_time_factor"] is None else f"{r['real_time_factor']:.3g}"
+        lines += ["", f"real time: {r['frames']} frames, real-time factor {factor}, {r['lag']:.3g} s behind the clock"]
+        lines += [f"  failed: {r['failed']}"] * bool(r["failed"])
     energy = data["energy"]
     drift = "not started" if energy["drift"] is None else f"{energy['drift']:.2g} of the largest energy"
     lines += [

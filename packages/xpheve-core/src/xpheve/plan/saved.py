@@ -76,6 +76,7 @@ def save(world: World, started: bool) -> Saved:
         "epoch": world.ranks.epoch,
         "ranks": [world.ranks.next_object, world.ranks._next],
         "force_ids": world.force_ids.last,
+        "input_ids": world.force_ids.inputs,
         "next_serial": world._next_serial,
         "grid": world.grid,
         "posts": world.posts,
@@ -318,6 +319,7 @@ def _build(
     world.ranks.epoch = header["epoch"]
     world.ranks.next_object, world.ranks._next = header["ranks"]
     world.force_ids.last = header["force_ids"]
+    world.force_ids.inputs = header.get("input_ids", 0)
     world._next_serial = header["next_serial"]
     grid = header["grid"]
     world.grid = None if grid is None else (tuple(grid[0]), grid[1], grid[2])

@@ -154,10 +154,10 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
         batch.sources = None
     if world.contacts is not None:
         world.contacts.removed(obj, row, moved)
-    obj._row = -1
+    obj._own.update(state)  # first, for readers on other threads
     obj._engine = None
+    obj._row = -1
     obj.rank = -1
-    obj._own.update(state)
 
 
 def _forget_sources(world: World, law: ContinuousLaw) -> None:

@@ -716,6 +716,8 @@ class World:
     def pass_time(self, until: Instant, host_step: Callable[[Instant], Instant]) -> None:
         """Carry everything to ``until``, event by event; ``host_step(t)`` is the first host step after ``t``."""
         busy, last = 0, NEVER
+        begun = (-math.inf, 0.0)
+        """Where the last step began."""
         while True:
             try:
                 self.plan()
@@ -725,7 +727,12 @@ class World:
                 horizon = until if ends else due
                 lagging = self._lagging(horizon)
                 if lagging is not None:
-                    self.advance(lagging, horizon, host_step(lagging.stepper.covered(lagging.state)))
+                    known = lagging.stepper.covered(lagging.state)
+                    if known > begun and self.stopped():  # a run that ends at `known` has made the same steps
+                        self.time = max(self.time, known)
+                        return
+                    begun = known
+                    self.advance(lagging, horizon, host_step(known))
                     continue
             except LawFailedError as error:
                 self.time = max(self.time, self._known_until())
@@ -767,7 +774,7 @@ class World:
         law.enabled = False
 
     def stopped(self) -> bool:
-        """Whether a handler suspended or terminated the engine; set by the engine."""
+        """Whether a handler suspended or terminated the engine, or a frame in real time has taken too long; set by the engine."""
         return False
 
     def happen(self, due: Instant) -> None:

@@ -1,0 +1,197 @@
+"""Arguments of doors as JSON values and back: objects and laws by serial number, new ones by their description."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from xpheve.errors import InvalidValueError, OwnershipError, RecordError, UnknownLawError
+from xpheve.forces import Force
+from xpheve.laws import LawContainer, PhysicalLaw
+from xpheve.laws import conditions as when
+from xpheve.objects import FIELDS, PhysicalObject
+
+
+def plain(value: Any, what: str) -> Any:
+    """``value``, copied, if a file can hold it: numbers, text, None, and tuples, lists and dicts of them.
+
+    Raises
+    ------
+    InvalidValueError
+        If it is something else.
+    """
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, (tuple, list)):
+        return type(value)([plain(one, what) for one in value])
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        return {key: plain(one, what) for key, one in value.items()}
+    if isinstance(value, np.generic):
+        return value.item()
+    raise InvalidValueError(
+        f"{what} = {value!r}: plain values only (numbers, text, tuples, lists, dicts), so that it can be replayed"
+    )
+
+
+def encode(engine: Any, value: Any) -> Any:
+    """``value`` as a JSON value; tuples and things are marked by a dict of one key."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, list):
+        return [encode(engine, one) for one in value]
+    if isinstance(value, tuple):
+        return {"tuple": [encode(engine, one) for one in value]}
+    if isinstance(value, dict):
+        return {"dict": [[encode(engine, key), encode(engine, one)] for key, one in value.items()]}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Force):
+        return {"force": [list(value.vector), value.duration, value.id, list(value.torque)]}
+    if isinstance(value, PhysicalObject):
+        return {"object": value.serial} if value._engine is engine else {"new object": _object(engine, value)}
+    if isinstance(value, PhysicalLaw):
+        serial = engine._world.laws.get(value)
+        return {"new law": _law(engine, value)} if serial is None else {"law": serial}
+    if isinstance(value, LawContainer):
+        if value.engine is engine:
+            return {"container": engine._world.containers.index(value)}
+        return {
+            "new container": [value.label(), value.name, _condition(value), [encode(engine, law) for law in value.laws]]
+        }
+    if isinstance(value, type) and issubclass(value, (PhysicalLaw, LawContainer)):
+        return {"class": value.label()}
+    if isinstance(value, Iterable):
+        return [encode(engine, one) for one in value]
+    raise InvalidValueError(f"{value!r}: it cannot be written down, so it could not be replayed; give plain values")
+
+
+def _object(engine: Any, obj: PhysicalObject) -> dict[str, Any]:
+    if obj._engine is not None:
+        raise OwnershipError(f"{obj!r} is in another engine")
+    return {
+        "name": obj.name,
+        "shape": None if obj.shape is None else obj.shape.describe(),
+        "fixed": obj.fixed,
+        "state": {name: encode(engine, obj._own[name]) for name in FIELDS},
+        "columns": obj.columns,
+    }
+
+
+def _law(engine: Any, law: PhysicalLaw) -> dict[str, Any]:
+    between = getattr(law, "between", None)
+    return {
+        "id": law.label(),
+        "name": law.name,
+        "enabled": law.enabled,
+        "parameters": encode(engine, dict(law.parameters)),
+        "state": encode(engine, dict(law.state)),
+        "between": None if between is None else [[encode(engine, obj) for obj in side] for side in between],
+    }
+
+
+def _condition(container: LawContainer) -> Any:
+    condition = container.condition
+    if condition is None:
+        return None
+    given = {one.name: plain(getattr(condition, one.name), one.name) for one in dataclasses.fields(condition)}
+    return [type(condition).__name__, given]
+
+
+class Decoder:
+    """Back, in ``engine``; ``classes`` are the law and container classes that no pack offers."""
+
+    def __init__(self, engine: Any, classes: Iterable[Any] = ()) -> None:
+        self.engine = engine
+        world = engine._world
+        here = [*(type(law) for law in world.laws), *(type(container) for container in world.containers)]
+        self.classes = {kind.label(): kind for kind in (*here, LawContainer, *classes)}
+
+    def __call__(self, value: Any) -> Any:
+        """What ``value`` stands for. Raises `RecordError` or `UnknownLawError`."""
+        if isinstance(value, list):
+            return [self(one) for one in value]
+        if not isinstance(value, dict):
+            return value
+        try:
+            ((kind, given),) = value.items()
+            method = getattr(self, "_" + kind.replace(" ", "_"))
+        except (ValueError, AttributeError):
+            raise RecordError(f"the inputs hold {value!r}, which this xpheve does not know") from None
+        return method(given)
+
+    def _tuple(self, given: Any) -> Any:
+        return tuple(self(one) for one in given)
+
+    def _dict(self, given: Any) -> Any:
+        return {self(key): self(one) for key, one in given}
+
+    def _force(self, given: Any) -> Force:
+        vector, duration, ident, torque = given
+        return Force(vector, duration, ident, torque=torque)
+
+    def _object(self, serial: int) -> PhysicalObject:
+        for obj in self.engine._world.bodies.objects:
+            if obj.serial == serial:
+                found: PhysicalObject = obj
+                return found
+        raise RecordError(
+            f"the inputs name object #{serial}, which is not here: replay them on a copy of the scene they began with"
+        )
+
+    def _law(self, serial: int) -> PhysicalLaw:
+        for law, number in self.engine._world.laws.items():
+            if number == serial:
+                found: PhysicalLaw = law
+                return found
+        raise RecordError(
+            f"the inputs name law {serial}, which is not here: replay them on a copy of the scene they began with"
+        )
+
+    def _container(self, number: int) -> LawContainer:
+        try:
+            found: LawContainer = self.engine._world.containers[number]
+        except IndexError:
+            raise RecordError(f"the inputs name container {number}, which is not here") from None
+        return found
+
+    def _class(self, label: str) -> Any:
+        if label in self.classes:
+            return self.classes[label]
+        if ":" not in label:
+            raise UnknownLawError(f"the inputs need the class {label}, of no pack: replay(..., classes=[{label}])")
+        registry = self.engine.registry
+        try:
+            found: Any = registry.law(label)
+        except UnknownLawError:
+            found = registry.container(label)
+        return found
+
+    def _new_object(self, given: Any) -> PhysicalObject:
+        from xpheve.plan.saved import _revive_object
+
+        arrays = {
+            f"bodies.{name}": np.array(self(value), dtype=float).reshape(-1, 1)
+            for name, value in given["state"].items()
+        }
+        return _revive_object(given, arrays | {"row.fixed": np.array([given["fixed"]])}, 0)
+
+    def _new_law(self, given: Any) -> PhysicalLaw:
+        between = {} if given["between"] is None else {"between": self(given["between"])}
+        kind = self._class(given["id"])
+        law: PhysicalLaw = kind(name=given["name"], enabled=given["enabled"], **self(given["parameters"]), **between)
+        law.state = self(given["state"])
+        return law
+
+    def _new_container(self, given: Any) -> LawContainer:
+        label, name, condition, laws = given
+        made = None if condition is None else getattr(when, condition[0])(**condition[1])
+        container: LawContainer = self._class(label)(made, name=name)
+        for law in laws:
+            container.add_law(self(law))
+        return container
+
+
+__all__ = ["Decoder", "encode", "plain"]
