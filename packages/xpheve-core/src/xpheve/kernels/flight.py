@@ -3,7 +3,7 @@
 import math
 
 from xpheve.kernels.free_rotation import prepare, turn
-from xpheve.kernels.quaternion import Quat, multiply, normalize, rotate, rotate_inverse
+from xpheve.kernels.quaternion import Quat, from_rotation_vector, multiply, normalize, rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale
 
 RESTING, FREE, PRINCIPAL, GENERAL = 0, 1, 2, 3
@@ -47,6 +47,13 @@ def turn_about_axis(q: Quat, omega: Vec, inertia: Vec, torque: Vec, s: float) ->
     sine = math.sin(half)
     turned = multiply((math.cos(half), sine * axis[0], sine * axis[1], sine * axis[2]), q)
     return normalize(turned), add(omega, scale(axis, s * rate))
+
+
+def turn_uniformly(q: Quat, omega: Vec, s: float) -> Quat:
+    """Orientation after time ``s`` of a turn at constant angular velocity, world frame."""
+    if s == 0.0 or omega == (0.0, 0.0, 0.0):
+        return q
+    return normalize(multiply(from_rotation_vector(scale(omega, s)), q))
 
 
 def kicked(q: Quat, omega: Vec, inertia: Vec, angular_impulse: Vec) -> Vec:

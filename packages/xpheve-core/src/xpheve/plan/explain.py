@@ -109,6 +109,8 @@ def _finite(value: float) -> float | None:
 
 
 def _because(signature: Any) -> str:
+    if signature.driven:
+        return "held or carried by the host; forces and laws wait"
     torque = {
         "none": "no torque",
         "principal": "torque about a principal axis",

@@ -20,13 +20,17 @@ Values = dict[str, tuple[float, ...]]
 class Touched:
     """An object that was materialised at this instant: what its row held before, and what flight had made of it."""
 
-    __slots__ = ("clock", "flown", "forces", "held")
+    __slots__ = ("clock", "driven", "flown", "forces", "held")
 
-    def __init__(self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce]) -> None:
+    def __init__(
+        self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce], driven: bool
+    ) -> None:
         self.held = held
         self.clock = clock
         self.flown = flown
         self.forces = forces
+        self.driven = driven
+        """Whether it was driven until now: then no force did work on it."""
 
 
 class Transaction:
@@ -42,6 +46,8 @@ class Transaction:
         self.refresh: set[PhysicalObject] = set()
         """Objects whose contacts are to be predicted again although their flight is the same."""
         self.replan: dict[PhysicalObject, None] = {}
+        self.switched: set[PhysicalObject] = set()
+        """Objects that the host took hold of or let go: their steppers are asked when the scene is planned."""
         self.undo: list[Callable[[], None]] = []
         self.later: list[Callable[[], None]] = []
         """Structural changes, made at the end of the instant."""
@@ -62,7 +68,7 @@ class Transaction:
             flown = {name: world.read_row(row, name) for name in STATE_WIDTHS} | {
                 name: held[name] for name in AUTHORED_WIDTHS
             }
-            self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)))
+            self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)), obj._driven)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
             bodies.clock[:, row] = world.time

@@ -18,6 +18,7 @@ from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, conditions
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.scene.hold import UNIT_LENGTH, take_hold
 from xpheve.scene.model import SHAPES, ConditionTable, LawTable, ObjectTable, RunTable, check_scene, near
 from xpheve.scene.names import Names
 from xpheve.scene.paths import inside
@@ -38,7 +39,6 @@ CONDITIONS: dict[str, type[conditions.Condition]] = {
     if isinstance(kind, type) and issubclass(kind, conditions.Condition) and kind is not conditions.Condition
 }
 
-UNIT_LENGTH = 1e-14  # |q|^2 this near to 1 is rounding of a run and kept to the bit; what people round off is farther
 SHOWN = 8  # names in an error
 
 
@@ -157,6 +157,8 @@ class _Building:
         self._add_objects()
         self._set_between()
         self._add_forces()
+        self._drive()
+        self.engine._world.force_ids.given(table.force_ids)
 
     # Errors and names
 
@@ -442,6 +444,18 @@ class _Building:
             assert isinstance(law, PairLaw)
             these, those = (tuple(self.objects[k] for k in side) for side in sides)
             law.between = (these, those)
+
+    def _drive(self) -> None:
+        """Take hold of what the host drove, as it moves."""
+        for place, (obj, table) in enumerate(zip(self.objects, self.table.objects, strict=True)):
+            path = ("objects", place)
+            if table.arrival is not None and not table.driven:
+                raise self.source.error(
+                    (*path, "arrival"), "only what is driven arrives: add driven = true, or take arrival out"
+                )
+            if table.driven:
+                with self._blame((*path, "driven")):
+                    take_hold(obj, table)
 
     def _add_forces(self) -> None:
         for place, table in enumerate(self.table.objects):
