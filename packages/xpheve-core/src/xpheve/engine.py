@@ -524,6 +524,7 @@ class PhysicsEngine:
         with world.instant() as transaction:
             transaction.undo.append(lambda: self._put_column(obj, name, old))
             self._put_column(obj, name, value)
+            transaction.note(obj, name, value == before)
             if value != before:
                 transaction.written[obj, name] = None
             transaction.refresh.add(obj)

@@ -58,6 +58,8 @@ def turn_uniformly(q: Quat, omega: Vec, s: float) -> Quat:
 
 def kicked(q: Quat, omega: Vec, inertia: Vec, angular_impulse: Vec) -> Vec:
     """Angular velocity after ``angular_impulse`` [N m s], world frame: omega + R diag(1/I) R^T J."""
+    if angular_impulse == (0.0, 0.0, 0.0):  # a point may spin: it has no inertia, and nothing turns it
+        return omega
     j = rotate_inverse(q, angular_impulse)
     return add(omega, rotate(q, (j[0] / inertia[0], j[1] / inertia[1], j[2] / inertia[2])))
 

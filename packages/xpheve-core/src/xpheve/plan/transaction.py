@@ -33,6 +33,10 @@ class Touched:
         """Whether it was driven until now: then no force did work on it."""
 
 
+Clash = tuple["PhysicalLaw", "PhysicalLaw", str, "PhysicalObject"]
+"""A law, the law that set the same anew, what, and of whom."""
+
+
 class Transaction:
     """All writes between two commits. Reading meanwhile sees what was written."""
 
@@ -43,6 +47,9 @@ class Transaction:
         """Objects whose stored forces changed."""
         self.written: dict[tuple[PhysicalObject, str], None] = {}
         """What was authored, by object and name."""
+        self.setters: dict[tuple[PhysicalObject, str], PhysicalLaw] = {}
+        """Which law set what last."""
+        self.clashes: list[Clash] = []
         self.refresh: set[PhysicalObject] = set()
         """Objects whose contacts are to be predicted again although their flight is the same."""
         self.replan: dict[PhysicalObject, None] = {}
@@ -108,5 +115,16 @@ class Transaction:
     def write(self, obj: PhysicalObject, name: str, value: Any) -> None:
         """Set a property of ``obj``, as somebody's will."""
         row = self.touch(obj)
+        self.note(obj, name, self.world.bodies.get(name, row) == (value if isinstance(value, tuple) else (value,)))
         self.world.bodies.put(name, row, value)
         self.written[obj, name] = None
+
+    def note(self, obj: PhysicalObject, name: str, same: bool) -> None:
+        """The law that acts now sets ``name`` of ``obj``; not to the ``same`` value that it has."""
+        law = self.world.acting
+        if law is None:
+            return
+        before = self.setters.get((obj, name))
+        if before is not None and before is not law and not same:
+            self.clashes.append((before, law, name, obj))
+        self.setters[obj, name] = law

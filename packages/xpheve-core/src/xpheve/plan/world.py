@@ -26,7 +26,7 @@ from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
 from xpheve.plan.mapping import Mapping
-from xpheve.plan.order import positions
+from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
@@ -84,6 +84,8 @@ class World:
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
+        self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
+        """Laws that set the same at one event with no order between them, and what was said of it."""
         self._whole: tuple[int, Batch | None] = (-1, None)
         self._steppers = steppers
         self._next_serial = 0
@@ -185,6 +187,8 @@ class World:
         transaction = self.transaction = Transaction(self)
         try:
             yield transaction
+            if transaction.clashes:
+                report_clashes(self, transaction.clashes)
             new = self._commit(transaction)
         except BaseException:
             transaction.roll_back()
@@ -604,7 +608,7 @@ class World:
         if condition is not None and condition.once:
             self.spend(container)
         self.events += 1
-        container.laws.sort(key=self._law_order)
+        container.laws.sort(key=self.law_order)
         try:
             container.enforce_laws(event)
         except LawFailedError:
@@ -706,7 +710,8 @@ class World:
         """The id of the forces that ``law`` stores."""
         return f"{law.label()}#{self.laws[law]}"
 
-    def _law_order(self, law: PhysicalLaw) -> tuple[int, int, str, int]:
+    def law_order(self, law: PhysicalLaw) -> tuple[int, int, str, int]:
+        """Where ``law`` stands among those that answer one event: the least comes first."""
         return (self.law_positions.get(law.label(), 0), -law.priority, law.label(), self.ranks.law_ranks.get(law, 0))
 
     # Time

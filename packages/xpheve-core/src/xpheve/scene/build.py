@@ -23,7 +23,7 @@ from xpheve.scene.model import SHAPES, ConditionTable, LawTable, ObjectTable, Ru
 from xpheve.scene.names import Names
 from xpheve.scene.paths import inside
 from xpheve.scene.quantities import number
-from xpheve.scene.source import Path_, Source, read_source, show
+from xpheve.scene.source import Path_, Source, clip, read_source, show
 from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ CONDITIONS: dict[str, type[conditions.Condition]] = {
     if isinstance(kind, type) and issubclass(kind, conditions.Condition) and kind is not conditions.Condition
 }
 
+LONGEST_TEXT = 2000  # characters of an error; a file may name things that have thousands
+SHORTEST_PERIOD = 1e-9  # [s] a clock that ticks faster is a slip of the pen, and its run would not end in a lifetime
 SHOWN = 8  # names in an error
 
 
@@ -172,7 +174,7 @@ class _Building:
         except Exception as wrong:
             text = str(wrong) if isinstance(wrong, XpheveError) else f"{type(wrong).__name__}: {wrong}"
             where = self.source.name if not path else self.source.at(self._nearest(path, text))
-            raise SceneError(f"{where}: {text}") from wrong
+            raise SceneError(f"{where}: {clip(text, LONGEST_TEXT)}") from wrong
 
     def _nearest(self, path: Path_, text: str) -> Path_:
         """Return the key of the table at ``path`` that ``text`` speaks of, if it does."""
@@ -246,6 +248,10 @@ class _Building:
         for field in fields(kind):
             if field.name == "seconds" and "seconds" not in given:
                 raise self.source.error(path, f"the key seconds is missing: {kind.__name__} waits for a length of time")
+        if given.get("every") and 0.0 < given.get("seconds", 1.0) < SHORTEST_PERIOD:
+            raise self.source.wrong(
+                (*path, "seconds"), f"a scene file's clocks tick at most once in {SHORTEST_PERIOD} s; give it longer"
+            )
         with self._blame(path):
             return kind(**given)
 

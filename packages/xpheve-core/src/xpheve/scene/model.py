@@ -340,6 +340,8 @@ def check_scene(source: Source) -> SceneTable:
             )
     try:
         return SceneTable.model_validate(source.data)
+    except UnicodeEncodeError:
+        raise SceneError(f"{source.name}: half of a surrogate pair (\\ud800 to \\udfff) is no character") from None
     except ValidationError as wrong:
         found = [(_path_of(row["loc"], source), row) for row in wrong.errors(include_url=False, include_context=True)]
     found.sort(key=lambda pair: source.line(pair[0]))
