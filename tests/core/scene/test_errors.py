@@ -14,7 +14,7 @@ from xpheve.scene import load, loads, model, source
 HEAD = "xpheve = 1\n"
 BALL = HEAD + '[[objects]]\nname = "ball"\n'
 KEYS = (
-    "Keys here: name, shape, mass, density, position, velocity, orientation, angular_velocity, inertia, fixed, "
+    "Keys here: name, shape, mass, density, position, velocity, orientation, angular_velocity, inertia, fixed, driven, arrival, "
     "columns, laws, forces"
 )
 
@@ -125,7 +125,7 @@ BAD = {
     ),
     "unknown section": (
         HEAD + "[[object]]\n",
-        's:2: object: unknown key. Did you mean "objects"? Keys here: xpheve, up, seed, run, containers, laws, objects',
+        's:2: object: unknown key. Did you mean "objects"? Keys here: xpheve, up, seed, force_ids, run, containers, laws, objects',
     ),
     "object is a table": (
         HEAD + "[objects]\nmass = 1",

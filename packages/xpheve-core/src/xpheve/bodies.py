@@ -47,13 +47,14 @@ class Bodies:
         self.arrays: dict[str, Array] = {name: np.zeros((width, capacity)) for name, width in WIDTHS.items()}
         self.clock: Array = np.zeros((2, capacity))
         self.fixed = np.zeros(capacity, dtype=bool)
+        self.driven = np.zeros(capacity, dtype=bool)
         self.serial = np.zeros(capacity, dtype=np.int64)
         self.version = np.zeros(capacity, dtype=np.int64)
         self.batch = np.full(capacity, -1, dtype=np.int64)
         self.local = np.zeros(capacity, dtype=np.int64)
 
     def _plain(self) -> list[NDArray[Any]]:
-        return [self.clock, self.fixed, self.serial, self.version, self.batch, self.local]
+        return [self.clock, self.fixed, self.driven, self.serial, self.version, self.batch, self.local]
 
     def reserve(self, rows: int) -> None:
         """Make room for ``rows`` more."""
@@ -80,6 +81,7 @@ class Bodies:
         for name in DERIVED_WIDTHS:
             self.arrays[name][:, where] = 0.0
         self.fixed[where] = values["fixed"]
+        self.driven[where] = False
         self.serial[where] = values["serial"]
         self.clock[0, where], self.clock[1, where] = clock
         self.version[where] += 1
@@ -231,6 +233,11 @@ class BodiesView:
         if self._elsewhere():
             return self._shot().fixed  # type: ignore[no-any-return]
         return _frozen(self._bodies().fixed[: len(self)])
+
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """Whether the host moves each object, shape (n,)."""
+        return _frozen(self._bodies().driven[: len(self)])
 
     def __getitem__(self, name: str) -> Array:
         if self._elsewhere():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -28,9 +29,9 @@ from xpheve.forces import Force
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
-from xpheve.objects import PhysicalObject
+from xpheve.objects import PhysicalObject, Quat
+from xpheve.plan import driven, geometry, scenery
 from xpheve.plan import energy as conserved
-from xpheve.plan import scenery
 from xpheve.plan.energy import Energy
 from xpheve.plan.stored import StoredForce
 from xpheve.plan.world import World
@@ -39,6 +40,7 @@ from xpheve.realtime.control import ATOL, RTOL, Control
 from xpheve.realtime.control import seconds as _number
 from xpheve.realtime.doors import door, look
 from xpheve.realtime.states import check
+from xpheve.shapes.base import Shape
 from xpheve.steppers.contract import Settings, Stepper
 
 Vec = tuple[float, float, float]
@@ -447,6 +449,49 @@ class PhysicsEngine(Control):
         found = self._own_law(law)
         self._structurally(lambda: scenery.unmap_law(self._world, obj, found))
 
+    # What the host prescribes
+
+    @door()
+    def hold(self, obj: PhysicalObject) -> None:
+        """Let ``obj`` stand where it is; see `PhysicalObject.hold`."""
+        self.drive(obj, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+    @door()
+    def drive(
+        self,
+        obj: PhysicalObject,
+        velocity: Vec | None = None,
+        angular_velocity: Vec | None = None,
+        until: tuple[Vec, Quat, float] | None = None,
+    ) -> None:
+        """Let ``obj`` move uniformly; see `PhysicalObject.drive`.
+
+        ``until`` is a position and an orientation that it has after a time [s] and keeps then; for scene files, whose velocities lead there.
+        """
+        self._check_own(obj)
+        world = self._world
+        arrival = None if until is None else driven.Arrival(later(world.time, until[2]), until[0], until[1])
+        driven.drive(world, obj, velocity, angular_velocity, arrival)
+
+    @door()
+    def carry(self, obj: PhysicalObject, position: Vec | None, orientation: Quat | None, within: float) -> None:
+        """Let ``obj`` move so that it arrives after ``within`` [s]; see `PhysicalObject.carry`."""
+        self._check_own(obj)
+        driven.carry(self._world, obj, position, orientation, within)
+
+    @door()
+    def release(self, obj: PhysicalObject, velocity: Vec | None = None, angular_velocity: Vec | None = None) -> None:
+        """Let ``obj`` go; see `PhysicalObject.release`."""
+        self._check_own(obj)
+        driven.release(self._world, obj, velocity, angular_velocity)
+
+    @door(waits=True)
+    def set_shape(self, obj: PhysicalObject, shape: Shape | None) -> None:
+        """Give ``obj`` another shape: at once, or at the end of the instant while a handler runs."""
+        self._check_own(obj)
+        geometry.check_shape(self._world, obj, shape)
+        self._structurally(lambda: geometry.set_shape(self._world, obj, shape) if obj._engine is self else None)
+
     def _structurally(self, act: Callable[[], None]) -> None:
         """Do ``act`` now, or at the end of the instant while a handler runs."""
         transaction = self._world.transaction
@@ -500,6 +545,8 @@ class PhysicsEngine(Control):
             raise InvalidValueError(f"{obj!r}: inertia = {value} while a torque acts on it; remove the torque first")
         with world.instant() as transaction:
             transaction.write(obj, name, value)
+            if name in STATE_WIDTHS:
+                driven.expect(world, transaction, obj, None)
             if name in ("mass", "inertia"):
                 scenery.restore_constant_forces(world, obj, name)
 
@@ -535,6 +582,7 @@ class PhysicsEngine(Control):
         with world.instant() as transaction:
             transaction.undo.append(lambda: self._put_column(obj, name, old))
             self._put_column(obj, name, value)
+            transaction.note(obj, name, value == before)
             if value != before:
                 transaction.written[obj, name] = None
             transaction.refresh.add(obj)
@@ -1005,11 +1053,16 @@ class PhysicsEngine(Control):
     @look
     def checkpoint(self, path: str | os.PathLike[str] | None = None) -> bytes:
         """Everything that a run depends on, as bytes, and in a file if ``path`` is given (written aside, then renamed)."""
+        from xpheve.plan.saved import attributes_of
         from xpheve.record.checkpoint import pack, write
 
         if self._world.transaction is not None:
             raise StateError("a handler cannot take a checkpoint: the instant is not over; take it between runs")
-        data = pack(self._save().portable(self._authored))
+        header, arrays = self._save().portable(self._authored)
+        for serial, kept in attributes_of(self).items():
+            _check_plain(serial, kept)
+            header.setdefault("attributes", {})[str(serial)] = kept
+        data = pack((header, arrays))
         if path is not None:
             write(Path(path), data)
         return data
@@ -1021,11 +1074,12 @@ class PhysicsEngine(Control):
         *,
         laws: Sequence[type[PhysicalLaw]] = (),
         containers: Sequence[type[LawContainer]] = (),
+        objects: Sequence[type[PhysicalObject]] = (),
         registry: Registry | None = None,
     ) -> PhysicsEngine:
         """An engine that goes on to the bit where `checkpoint` was taken.
 
-        ``laws`` and ``containers`` are the classes that no installed pack offers.
+        ``laws`` and ``containers`` are the classes that no installed pack offers; ``objects`` the subclasses of `PhysicalObject`.
 
         Raises
         ------
@@ -1034,12 +1088,21 @@ class PhysicsEngine(Control):
         UnknownLawError
             If it needs a law that is not at hand.
         """
-        from xpheve.plan.saved import revive
+        from xpheve.plan.saved import give_attributes, revive
         from xpheve.record.checkpoint import TORN, unpack
 
         portable = unpack(checkpoint)
+        kinds: dict[str, type[PhysicalObject]] = {"": PhysicalObject} | {kind.__qualname__: kind for kind in objects}
+
+        def class_of(entry: dict[str, Any]) -> type[PhysicalObject]:
+            kind = entry.get("kind", "")
+            if kind not in kinds:
+                raise RecordError(f"the checkpoint holds objects of the class {kind}: restore(..., objects=[{kind}])")
+            return kinds[kind]
+
         try:
-            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry)
+            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry, class_of)
+            give_attributes(engine, {int(key): kept for key, kept in portable[0].get("attributes", {}).items()})
         except (UnknownLawError, PackError, RecordError):
             raise
         except (XpheveError, AssertionError, *TORN) as error:
@@ -1049,14 +1112,26 @@ class PhysicsEngine(Control):
     @look
     def copy(self) -> Any:
         """An engine of its own in the same state, with copies of all objects and laws (same order, names, serial numbers)."""
-        from xpheve.plan.saved import revive
+        from xpheve.plan.saved import attributes_of, give_attributes, revive
 
         laws = [type(law) for law in self._world.laws]
         containers = [type(container) for container in self._world.containers]
         if self._authored is not None:
             laws += [type(law) for law in self._authored.laws]
             containers += [type(container) for container in self._authored.containers]
-        return revive(type(self), self._save().portable(self._authored), laws, containers, self._registry)
+        held = [*self._world.bodies.objects, *(self._authored.objects if self._authored is not None else ())]
+        kinds = {obj.serial: type(obj) for obj in held}
+        portable = self._save().portable(self._authored)
+        made = revive(
+            type(self),
+            portable,
+            laws,
+            containers,
+            self._registry,
+            lambda entry: kinds.get(entry["serial"], PhysicalObject),
+        )
+        give_attributes(made, attributes_of(self))
+        return made
 
     @look
     def save_scene(self, path: str | os.PathLike[str]) -> None:
@@ -1084,6 +1159,20 @@ def _put_law(law: PhysicalLaw, what: str, value: Any) -> None:
         law._enabled = value
     else:
         law.parameters[what] = value
+
+
+def _check_plain(serial: int, kept: dict[str, Any]) -> None:
+    """Raise unless what a subclass keeps beside the state can be written into a checkpoint."""
+    for name, value in kept.items():
+        try:
+            same = json.loads(json.dumps(value)) == value
+        except (TypeError, ValueError):
+            same = False
+        if not same:
+            raise RecordError(
+                f"object #{serial}: {name} = {value!r:.80}: a checkpoint keeps numbers, texts, lists and tables; "
+                "keep other things in a table of your own, by the object's name"
+            )
 
 
 def _put_state(law: PhysicalLaw, kept: dict[str, Any]) -> None:

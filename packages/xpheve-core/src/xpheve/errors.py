@@ -96,3 +96,7 @@ class RecordError(XpheveError):
 
 class XpheveWarning(UserWarning):
     """What every warning of xPheve is; ``warnings.filterwarnings`` silences it by class."""
+
+
+class OrderWarning(XpheveWarning):
+    """Two laws that set the same thing of one object at one event, with no order between them."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from xpheve.errors import InvalidValueError, OwnershipError, StaleHandleError
+from xpheve.errors import InvalidValueError, LawDefinitionError, OwnershipError, StaleHandleError
 from xpheve.forces import Force, Vec, vector
 from xpheve.shapes.base import Shape
 
@@ -15,7 +16,19 @@ if TYPE_CHECKING:
 
 Quat = tuple[float, float, float, float]
 
+FIXED_STAYS = (
+    "cannot be changed in an engine, for laws were planned without it; hold it where it is with obj.hold(), or "
+)
+"""Why ``fixed`` is not set live, and what is there instead."""
+
 FIELDS = ("position", "velocity", "orientation", "angular_velocity", "mass", "inertia")
+
+
+REFUSED = {
+    "update": "Write a FieldLaw or PairLaw for what acts all the time, or a PhysicalLaw under a condition such as "
+    "xpheve.when.Elapsed, Changed or ContactBegin for what happens at an event, and map the object to it; other methods are your own",
+}
+"""Methods of the thesis's objects that the engine would never call, with the way out."""
 
 
 def quaternion(value: Any, what: str) -> Quat:
@@ -89,7 +102,28 @@ class PhysicalObject:
         If a value is not finite, of the wrong shape, or no body could have it.
     """
 
-    __slots__ = ("__weakref__", "_columns", "_engine", "_fixed", "_name", "_own", "_row", "_shape", "rank", "serial")
+    __slots__ = (
+        "__weakref__",
+        "_columns",
+        "_density",
+        "_driven",
+        "_engine",
+        "_fixed",
+        "_name",
+        "_own",
+        "_row",
+        "_shape",
+        "rank",
+        "serial",
+    )
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        for name in REFUSED:
+            if name in cls.__dict__:
+                raise LawDefinitionError(
+                    f"{cls.__name__} defines {name}: objects hold state, and the engine moves them, so nobody would call it. {REFUSED[name]}"
+                )
 
     def __init__(
         self,
@@ -117,11 +151,13 @@ class PhysicalObject:
         self.rank = -1
         self._shape = shape
         self._fixed = bool(fixed)
+        self._driven = False
         self._name = name
         self._columns = _check_columns(columns, label)
         mass = self._mass_of(mass, density, label)
+        self._density = None if density is None else float(density)
         if inertia is None:
-            inertia = (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) else shape.inertia(mass)
+            inertia = solid_inertia(shape, mass)
         if shape is not None and math.isinf(shape.reach) and not fixed:
             raise InvalidValueError(f"{label}: a {shape.kind} has no end, so it cannot move: say fixed=True")
         self._own: dict[str, Any] = {
@@ -149,7 +185,7 @@ class PhysicalObject:
     def __repr__(self) -> str:
         label = f" {self.name!r}" if self.name else (f" #{self.serial}" if self.serial >= 0 else "")
         shape = f" {self.shape!r}" if self.shape is not None else ""
-        return f"<PhysicalObject{label}{shape}{' fixed' if self.fixed else ''}>"
+        return f"<PhysicalObject{label}{shape}{' fixed' if self.fixed else ' driven' if self._driven else ''}>"
 
     @property
     def name(self) -> str:
@@ -166,15 +202,28 @@ class PhysicalObject:
 
     @property
     def shape(self) -> Shape | None:
-        """The shape, or None for a point; that of an object in an engine stays."""
+        """The shape, or None for a point.
+
+        A new one takes effect at this instant: bounds and contacts follow; the mass if it was given as a density; the inertia if it was
+        that of the solid shape. A mass or inertia given by hand stays. In a handler: at the end of the instant.
+        """
         return self._shape
 
     @shape.setter
     def shape(self, value: Shape | None) -> None:
-        self._refuse_in_engine("shape", value)
         if value is not None and not isinstance(value, Shape):
             raise InvalidValueError(f"{self!r}: shape = {value!r} is no shape; give one such as xpheve.Sphere(0.1)")
-        self._shape = value
+        if value is not None and math.isinf(value.reach) and not self.fixed:
+            raise InvalidValueError(
+                f"{self!r}: a {value.kind} has no end, so it cannot move: only fixed objects have one"
+            )
+        engine = self._home()
+        if engine is not None:
+            engine.set_shape(self, value)
+            return
+        mass = mass_with(self, value)
+        inertia = inertia_with(self, value, mass)
+        self._own["mass"], self._own["inertia"], self._shape = mass, inertia, value
 
     @property
     def fixed(self) -> bool:
@@ -191,7 +240,7 @@ class PhysicalObject:
     def _refuse_in_engine(self, what: str, value: Any) -> None:
         if self._engine is not None:
             raise InvalidValueError(
-                f"{self!r}: {what} = {value!r}: cannot be changed in an engine; remove the object, change it, and add it again"
+                f"{self!r}: {what} = {value!r}: {FIXED_STAYS}remove the object, change it, and add it again"
             )
 
     @property
@@ -200,17 +249,27 @@ class PhysicalObject:
         return self.name or f"#{self.serial}"
 
     def __copy__(self) -> PhysicalObject:
-        """A free object with the same state, columns and name, in no engine and without forces."""
-        state: dict[str, Any] = {field: self._get(field) for field in FIELDS}
-        return type(self)(self.shape, fixed=self.fixed, name=self.name, **(state | self.columns))
+        """A free object with the same state, columns and name, in no engine, without forces, and driven by nobody.
+
+        What a subclass keeps in attributes is copied as `copy.copy` does, one level deep; its ``__init__`` is not called.
+        """
+        found = _rebuilt(*self.__reduce__()[1])
+        if hasattr(self, "__dict__"):
+            found.__dict__.update(self.__dict__)
+        return found
 
     def __deepcopy__(self, memo: dict[int, Any]) -> PhysicalObject:
-        return self.__copy__()
+        found = _rebuilt(*self.__reduce__()[1])
+        memo[id(self)] = found
+        if hasattr(self, "__dict__"):
+            found.__dict__.update(copy.deepcopy(self.__dict__, memo))
+        return found
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickled as `copy.copy` makes it: free, without forces."""
         state = {field: self._get(field) for field in FIELDS}
-        return _rebuilt, (type(self), self.shape, self.fixed, self.name, state, self.columns)
+        made = (type(self), self.shape, self.fixed, self.name, state, self.columns, self._density)
+        return _rebuilt, made, (getattr(self, "__dict__", None) or None)
 
     # The state, read and written wherever it lives
 
@@ -277,12 +336,13 @@ class PhysicalObject:
 
     @property
     def mass(self) -> float:
-        """Mass [kg]. Setting it corrects the forces that laws stored."""
+        """Mass [kg]. Setting it corrects the forces that laws stored; a density given before is forgotten."""
         return float(self._get("mass"))
 
     @mass.setter
     def mass(self, value: float) -> None:
         self._set("mass", positive_mass(value, f"{self!r}: mass"))
+        self._density = None
 
     @property
     def inertia(self) -> Vec:
@@ -324,6 +384,85 @@ class PhysicalObject:
             except (KeyError, InvalidValueError):
                 pass
         raise AttributeError(f"{type(self).__name__} has no attribute or column {name!r}")
+
+    # The host's hand
+
+    @property
+    def driven(self) -> bool:
+        """Whether the host prescribes how the object moves: then no law, force or impact changes its motion."""
+        return self._driven
+
+    def hold(self) -> None:
+        """Let the object stand where it is, whatever acts on it, until it is carried, driven or released.
+
+        Forces and laws on it wait, and act again when it is released; the time of forces that have a duration goes on.
+
+        Raises
+        ------
+        OwnershipError
+            If the object is in no engine.
+        InvalidValueError
+            If it is fixed.
+        """
+        self._in_engine("hold").hold(self)
+
+    def drive(self, velocity: Sequence[float] | None = None, angular_velocity: Sequence[float] | None = None) -> None:
+        """Let the object move at ``velocity`` [m/s] and turn at ``angular_velocity`` [rad/s], shape (3,), world frame, whatever acts on it.
+
+        What is left out stays as it is. Raises as `hold`, and `InvalidValueError` for what is not finite.
+        """
+        engine = self._in_engine("drive")
+        engine.drive(self, *self._motion("drive", velocity, angular_velocity))
+
+    def carry(
+        self,
+        position: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        *,
+        within: float,
+    ) -> None:
+        """Move the object uniformly so that it is at ``position`` [m] and ``orientation`` after ``within`` [s], and let it stand there.
+
+        It goes straight and turns the shorter way at constant velocity and angular velocity, so what it meets on its way meets it at an
+        exact instant. What is left out stays. The next call takes the place of this one. Setting its state ends the way, not the hold.
+
+        Raises
+        ------
+        OwnershipError
+            If the object is in no engine.
+        InvalidValueError
+            If it is fixed, nothing is asked for, a number is not finite, or ``within`` is not above 0 s.
+        """
+        engine = self._in_engine("carry")
+        if position is None and orientation is None:
+            raise InvalidValueError(
+                f"{self!r}: carry: say where: position, orientation, or both; obj.hold() holds it here"
+            )
+        try:
+            span = float(within)
+        except (TypeError, ValueError):
+            span = math.nan
+        if not 0.0 < span < math.inf:
+            raise InvalidValueError(
+                f"{self!r}: carry: within = {within!r}: a finite time above 0 s is needed; to put it there at once, set obj.position"
+            )
+        engine.carry(
+            self,
+            None if position is None else vector(position, f"{self!r}: carry: position"),
+            None if orientation is None else quaternion(orientation, f"{self!r}: carry: orientation"),
+            span,
+        )
+
+    def release(self, velocity: Sequence[float] | None = None, angular_velocity: Sequence[float] | None = None) -> None:
+        """Let the object go with the velocities it has, or those given. Raises `StateError` if nobody holds it."""
+        engine = self._in_engine("release")
+        engine.release(self, *self._motion("release", velocity, angular_velocity))
+
+    def _motion(self, call: str, velocity: Any, turning: Any) -> tuple[Vec | None, Vec | None]:
+        return (
+            None if velocity is None else vector(velocity, f"{self!r}: {call}: velocity"),
+            None if turning is None else vector(turning, f"{self!r}: {call}: angular_velocity"),
+        )
 
     # Forces and laws
 
@@ -379,8 +518,36 @@ def _rebuilt(
     name: str,
     state: dict[str, Any],
     columns: dict[str, float],
+    density: float | None = None,
 ) -> PhysicalObject:
-    return kind(shape, fixed=fixed, name=name, **(state | columns))
+    found = kind.__new__(kind)  # a subclass may ask its __init__ for anything
+    PhysicalObject.__init__(found, shape, fixed=fixed, name=name, **(state | columns))
+    found._density = density
+    return found
+
+
+def solid_inertia(shape: Shape | None, mass: float) -> Vec:
+    """Principal moments [kg m^2] of the solid ``shape``; 0 for a point, and for what has no end."""
+    return (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) else shape.inertia(mass)
+
+
+def mass_with(obj: PhysicalObject, shape: Shape | None) -> float:
+    """The mass [kg] of ``obj`` with ``shape``: by its density if it was given one, else the mass it has."""
+    if obj._density is None:
+        return obj.mass
+    if shape is None or math.isinf(shape.volume):
+        raise InvalidValueError(
+            f"{obj!r}: shape = {shape!r} has no volume, and the mass comes from density = {obj._density} kg/m^3; "
+            "set obj.mass first, then it stays"
+        )
+    return positive_mass(obj._density * shape.volume, f"{obj!r}: density * volume")
+
+
+def inertia_with(obj: PhysicalObject, shape: Shape | None, mass: float) -> Vec:
+    """The moments [kg m^2] of ``obj`` with ``shape``: those of the solid if they were so, else the ones it has."""
+    if obj.inertia != solid_inertia(obj.shape, obj.mass):
+        return obj.inertia
+    return principal_moments(solid_inertia(shape, mass), f"{obj!r}: inertia of {shape!r}")
 
 
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:

@@ -3,7 +3,7 @@
 import math
 
 from xpheve.kernels.free_rotation import prepare, turn
-from xpheve.kernels.quaternion import Quat, multiply, normalize, rotate, rotate_inverse
+from xpheve.kernels.quaternion import Quat, from_rotation_vector, multiply, normalize, rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale
 
 RESTING, FREE, PRINCIPAL, GENERAL = 0, 1, 2, 3
@@ -49,8 +49,17 @@ def turn_about_axis(q: Quat, omega: Vec, inertia: Vec, torque: Vec, s: float) ->
     return normalize(turned), add(omega, scale(axis, s * rate))
 
 
+def turn_uniformly(q: Quat, omega: Vec, s: float) -> Quat:
+    """Orientation after time ``s`` of a turn at constant angular velocity, world frame."""
+    if s == 0.0 or omega == (0.0, 0.0, 0.0):
+        return q
+    return normalize(multiply(from_rotation_vector(scale(omega, s)), q))
+
+
 def kicked(q: Quat, omega: Vec, inertia: Vec, angular_impulse: Vec) -> Vec:
     """Angular velocity after ``angular_impulse`` [N m s], world frame: omega + R diag(1/I) R^T J."""
+    if angular_impulse == (0.0, 0.0, 0.0):  # a point may spin: it has no inertia, and nothing turns it
+        return omega
     j = rotate_inverse(q, angular_impulse)
     return add(omega, rotate(q, (j[0] / inertia[0], j[1] / inertia[1], j[2] / inertia[2])))
 

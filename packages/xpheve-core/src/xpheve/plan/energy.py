@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import pairs_of
 from xpheve.steppers.contract import Array, Rows
 
 if TYPE_CHECKING:
+    from xpheve.objects import PhysicalObject
     from xpheve.plan.world import World
 
 Vec = tuple[float, float, float]
@@ -64,7 +66,7 @@ class Snapshot:
         self.world = world
         self.count = world.bodies.count
         self._held: dict[str, Array] = {}
-        self.moving = ~world.bodies.fixed[: self.count]
+        self.moving = ~(world.bodies.fixed | world.bodies.driven)[: self.count]
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._held:
@@ -99,26 +101,53 @@ def energy(world: World) -> Energy:
     return Energy(kinetic, _potential(world, shot), math.fsum([*world.work.values(), *_running_work(world, shot)]))
 
 
-def _potential(world: World, shot: Snapshot) -> float:
+def share(world: World, obj: PhysicalObject) -> float:
+    """Energy [J] that is in the scene because ``obj`` moves freely in it: kinetic, and potential with what acts on it."""
+    shot = Snapshot(world)
+    row = np.array([obj._row], dtype=np.int64)
+    v = shot.part(row, "velocity")
+    kinetic = 0.5 * float(shot.mass[obj._row]) * math.fsum((v * v).ravel().tolist())
+    omega = shot.part(row, "angular_velocity")
+    if omega.any():
+        inertia = world.bodies.arrays["inertia"][:, row]
+        kinetic += float(spin_energy(shot.part(row, "orientation"), omega, inertia)[0])
+    return kinetic + _potential(world, shot, obj)
+
+
+def _potential(world: World, shot: Snapshot, only: PhysicalObject | None = None) -> float:
+    """Of all, or of ``only`` with the others; driven objects are not part of it."""
     found: list[float] = []
     for law in world.laws:
         if not (isinstance(law, ContinuousLaw) and law.enabled and not law.containers and law.defines("potential")):
             continue
         members = world.in_rank_order(world.mapping.objects(law))
+        if only is not None and only not in members:
+            continue
         reads: set[str] = set()
         time = world.time[0]
         if isinstance(law, FieldLaw):
-            rows = np.array([obj._row for obj in members if not obj.fixed], dtype=np.int64)
+            rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
                 view = world.evaluator.view(law, rows, time, partial(shot.part, rows), reads)
                 found += world.evaluator.potential(law, (view,), rows, time).tolist()
         elif isinstance(law, PairLaw):
-            pairs = pairs_of(law, members)
+            pairs = [pair for pair in _pairs(law, members, only) if not (pair[0]._driven or pair[1]._driven)]
             if pairs:
                 a, b = (np.array([pair[k]._row for pair in pairs], dtype=np.int64) for k in (0, 1))
                 views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
                 found += world.evaluator.potential(law, views, a, time).tolist()
     return math.fsum(found)
+
+
+def _pairs(
+    law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None
+) -> list[tuple[PhysicalObject, PhysicalObject]]:
+    """The pairs that ``law`` acts on, or those of ``only``."""
+    if only is None or law.between is not None:
+        return [pair for pair in pairs_of(law, members) if only in (None, *pair)]
+    k = members.index(only)
+    pairs = [(other, only) for other in members[:k]] + [(only, other) for other in members[k + 1 :]]
+    return [pair for pair in pairs if not (pair[0].fixed and pair[1].fixed)]
 
 
 def _running_work(world: World, shot: Snapshot) -> list[float]:
@@ -127,7 +156,7 @@ def _running_work(world: World, shot: Snapshot) -> list[float]:
     bodies = world.bodies
     for obj, stored in world.forces.of.items():
         row = obj._row
-        if row >= 0 and any(not one.accounted for one in stored):
+        if row >= 0 and not obj._driven and any(not one.accounted for one in stored):
             way = [
                 x1 - x0 for x1, x0 in zip(shot["position"][:, row].tolist(), bodies.get("position", row), strict=True)
             ]
@@ -150,7 +179,7 @@ def _running_work(world: World, shot: Snapshot) -> list[float]:
 
 
 def momentum(world: World) -> Vec:
-    """Sum of m v [kg m/s] over all moving objects, world frame."""
+    """Sum of m v [kg m/s] over all objects that move of themselves, world frame: fixed and driven ones are outside."""
     shot = Snapshot(world)
     return _vector(shot.mass * shot["velocity"], shot)
 

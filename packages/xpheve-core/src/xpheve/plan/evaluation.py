@@ -14,6 +14,7 @@ from xpheve.kernels.clock import Instant
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.laws.view import STATE, BodyView
 from xpheve.objects import PhysicalObject
+from xpheve.plan.driven import immovable
 from xpheve.steppers.contract import Array, Rows
 
 Fetch = Callable[[str], Array]
@@ -124,9 +125,9 @@ def is_constant(reads: set[str]) -> bool:
 
 
 def pairs_of(law: PairLaw, members: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, PhysicalObject]]:
-    """The pairs a pair law acts on, by rank; two fixed objects are none."""
+    """The pairs a pair law acts on, by rank; two fixed or driven objects are none."""
     if law.between is None:
-        found = [(a, b) for k, a in enumerate(members) for b in members[k + 1 :] if not (a.fixed and b.fixed)]
+        found = [(a, b) for k, a in enumerate(members) for b in members[k + 1 :] if not (immovable(a) and immovable(b))]
     else:
         these, those = ([obj for obj in members if obj in side] for side in law.between)
         found = []
@@ -134,7 +135,7 @@ def pairs_of(law: PairLaw, members: Sequence[PhysicalObject]) -> list[tuple[Phys
         for a in these:
             for b in those:
                 key = frozenset((a, b))
-                if a is not b and key not in seen and not (a.fixed and b.fixed):
+                if a is not b and key not in seen and not (immovable(a) and immovable(b)):
                     seen.add(key)
                     found.append((a, b))
     return found
@@ -162,6 +163,10 @@ class BatchSources:
                 a = np.array([one._row for one, _ in found], dtype=np.int64)
                 b = np.array([other._row for _, other in found], dtype=np.int64)
                 self.pairs.append((law, a, b))
+        sources = [side for _, a, b in self.pairs for side in (a, b)]
+        used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
+        self.hands: Rows = used[bodies.driven[used]]
+        """The rows of driven objects that act on the batch."""
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all that pair laws join with them, ascending."""
@@ -218,17 +223,28 @@ class BatchSources:
         def everywhere(name: str) -> Array:
             whole: Array = bodies.arrays[name][:, : bodies.count].copy()
             whole[:, rows] = state[name]
+            for row in self.hands.tolist():
+                whole[:, row] = self.world.read_row(row, name, t)
             return whole
 
         found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
         law.evaluations += 1
-        total = np.zeros_like(force)
+        total = self._summed(place, a, b, found, len(rows))
+        force += total
+        if not law.defines("potential"):
+            self.working += total
+        elif len(self.hands):
+            lent = bodies.driven[a] | bodies.driven[b]
+            self.working += self._summed(place, a[lent], b[lent], found[:, lent], len(rows))
+
+    @staticmethod
+    def _summed(place: Rows, a: Rows, b: Rows, found: Array, count: int) -> Array:
+        """Forces ``found`` on ``a``, their opposites on ``b``, summed by place, (3, count)."""
+        total = np.zeros((3, count))
         for rows_of, sign in ((a, 1.0), (b, -1.0)):
             inside = place[rows_of] >= 0
             where = place[rows_of][inside]
             for k in range(3):
                 # bincount adds in the order of the pairs, which is that of rank.
-                total[k] += np.bincount(where, weights=sign * found[k][inside], minlength=len(rows))
-        force += total
-        if not law.defines("potential"):
-            self.working += total
+                total[k] += np.bincount(where, weights=sign * found[k][inside], minlength=count)
+        return total

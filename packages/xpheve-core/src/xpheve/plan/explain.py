@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, PhysicalLaw, ResponseLaw
+from xpheve.plan.order import order_report
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
@@ -51,6 +52,8 @@ def explain(engine: PhysicsEngine) -> Explanation:
         "groups": _groups(world),
         "laws": [_law(world, law, own) for law, own in zip(world.laws, engine._world.laws, strict=True)],
         "conditions": [_container(world, container) for container in world.containers],
+        "order": order_report(world),
+        "conflicts": list(engine._world.clashes.values()),
         "contacts": None if world.contacts is None else world.contacts.report(),
         "events": {"handled": world.events, "waiting": len(world.queue), "void": world.queue.voided},
         "energy": {
@@ -110,6 +113,8 @@ def _finite(value: float) -> float | None:
 
 
 def _because(signature: Any) -> str:
+    if signature.driven:
+        return "held or carried by the host; forces and laws wait"
     torque = {
         "none": "no torque",
         "principal": "torque about a principal axis",
@@ -224,6 +229,12 @@ def _lines(data: dict[str, Any]) -> list[str]:
             lines.append(
                 f"  {c['condition']} [{c['server']}]: fired {c['firings']} times, for {', '.join(c['laws']) or 'no law'}"
             )
+    if data["order"]:
+        lines += ["", "order of laws inside one event (forces along the way are summed: their order does not matter)"]
+    for one in data["order"]:
+        lines.append(f"  {one['condition']} in {one['container']}: {one['laws'][0]}")
+        lines += [f"    then {law} ({why})" for law, why in zip(one["laws"][1:], one["because"], strict=True)]
+    lines += [f"conflict: {text}" for text in data["conflicts"]]
     if data["contacts"]:
         c = data["contacts"]
         lines += [

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
+from xpheve.plan.driven import immovable
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ class Batch:
         self.state = state
         self.sources: BatchSources | None = None
         self.laws: list[ContinuousLaw] = []
+        self.lent = False
+        """Whether driven objects act on it through pair laws."""
 
     @property
     def stepper(self) -> Stepper:
@@ -42,8 +45,11 @@ class Batch:
 
     @property
     def working(self) -> Array | None:
-        """Forces [N] of the laws without potential over the present flights, (3, rows); None if there are none."""
-        if all(law.defines("potential") for law in self.laws):
+        """Forces [N] of the laws without potential over the present flights, (3, rows); None if there are none.
+
+        What pair laws with driven objects do is among them: a driven object has no potential energy.
+        """
+        if not self.lent and all(law.defines("potential") for law in self.laws):
             return None
         return self.state.arrays.get("working")
 
@@ -56,6 +62,10 @@ def choose(signature: Signature, steppers: Iterable[Stepper]) -> Choice:
     NoStepperError
         If all refuse.
     """
+    if signature.driven:
+        from xpheve.steppers.driven import Driven
+
+        steppers = [Driven()]
     offers: dict[str, Offer] = {}
     refusals: dict[str, str] = {}
     best: tuple[tuple[bool, float, float, str], Stepper] | None = None
@@ -77,6 +87,8 @@ def choose(signature: Signature, steppers: Iterable[Stepper]) -> Choice:
 def torque_of(world: World, obj: PhysicalObject) -> str:
     """How the stored torque of ``obj`` acts: see `Signature`."""
     bodies, row = world.bodies, obj._row
+    if obj._driven:
+        return "none"
     torque = bodies.get("torque", row)
     if torque == (0.0, 0.0, 0.0):
         return "none"
@@ -88,7 +100,7 @@ def torque_of(world: World, obj: PhysicalObject) -> str:
 
 
 def find_group(world: World, start: PhysicalObject) -> list[PhysicalObject]:
-    """All objects that pair laws join with ``start``, itself included; fixed ones are sources and join nothing."""
+    """All objects that pair laws join with ``start``, itself included; fixed and driven ones are sources and join nothing."""
     found = {start: None}
     frontier = [start]
     spent: set[tuple[PairLaw, int]] = set()
@@ -97,33 +109,35 @@ def find_group(world: World, start: PhysicalObject) -> list[PhysicalObject]:
         for law in world.continuous_laws(obj):
             if not isinstance(law, PairLaw):
                 continue
-            for side, others in _partners(world, law, obj):
+            for side, others in partners(world, law, obj):
                 if (law, side) in spent:
                     continue
                 spent.add((law, side))
                 for other in others:
-                    if other not in found and not other.fixed:
+                    if other not in found and not immovable(other):
                         found[other] = None
                         frontier.append(other)
     return world.in_rank_order(found)
 
 
-def _partners(world: World, law: PairLaw, obj: PhysicalObject) -> list[tuple[int, Sequence[PhysicalObject]]]:
+def partners(world: World, law: PairLaw, obj: PhysicalObject) -> list[tuple[int, Sequence[PhysicalObject]]]:
     """The objects that ``law`` pairs with ``obj``, by side."""
     mapped = world.mapping.objects(law)
     if law.between is None:
         return [(0, list(mapped))]
     these, those = law.between
-    partners: list[tuple[int, Sequence[PhysicalObject]]] = []
+    found: list[tuple[int, Sequence[PhysicalObject]]] = []
     if obj in these:
-        partners.append((1, [other for other in those if other in mapped]))
+        found.append((1, [other for other in those if other in mapped]))
     if obj in those:
-        partners.append((2, [other for other in these if other in mapped]))
-    return partners
+        found.append((2, [other for other in these if other in mapped]))
+    return found
 
 
 def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
     """What the laws and torques of ``group`` ask of a stepper."""
+    if group[0]._driven:
+        return Signature((), "none", driven=True)
     laws = {law.label() for obj in group for law in world.continuous_laws(obj)}
     kinds = {torque_of(world, obj) for obj in group}
     torque = "general" if "general" in kinds else "principal" if "principal" in kinds else "none"

@@ -63,7 +63,7 @@ class Ranks:
                 shape = shapes[id(obj.shape)] = repr(obj.shape)
             laws = sorted(self.law_ranks[law] for law in mapping.laws(obj))
             columns = sorted(obj._columns.items()) if obj._columns else []
-            keys.append((not obj.name, obj.name, values.tobytes(), columns, shape, laws, obj.serial))
+            keys.append((not obj.name, obj.name, values.tobytes(), columns, shape, laws, obj._driven, obj.serial))
         for k in sorted(range(len(objects)), key=keys.__getitem__):
             objects[k].rank = self.next_object
             self.next_object += 1

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,15 +20,18 @@ from xpheve.forces import Force
 from xpheve.laws import Event, LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.plan.driven import Arrival, watch
 from xpheve.plan.groups import Batch, choose, find_group
 from xpheve.plan.stored import StoredForce
 from xpheve.plan.world import World, _Delivery
+from xpheve.shapes.base import Shape
 from xpheve.steppers.contract import Signature
 
 Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
 VERSION = 1
+ROWS = ("clock", "fixed", "driven", "serial", "version", "batch", "local")
 
 
 class Saved:
@@ -41,8 +44,11 @@ class Saved:
         objects: Sequence[PhysicalObject],
         laws: Sequence[PhysicalLaw],
         containers: Sequence[LawContainer],
+        shapes: Sequence[Shape | None],
     ) -> None:
         self.header, self.arrays = header, arrays
+        self.shapes = shapes
+        """Of the objects, as they were then."""
         self.objects, self.laws, self.containers = objects, laws, containers
 
     def portable(self, authored: Saved | None = None) -> tuple[Header, Arrays]:
@@ -101,6 +107,7 @@ def save(world: World, started: bool) -> Saved:
             for obj in bodies.objects
             for one in world.forces.on(obj)
         ],
+        "arrivals": [[obj.serial, *arrival] for obj, arrival in world.arrivals.items()],
         "constant": {str(number[law]): sorted(reads) for law, reads in world.constant.items()},
         "streams": {str(number[law]): stream.bit_generator.state for law, stream in world.streams.items()},
         "batches": [
@@ -113,13 +120,14 @@ def save(world: World, started: bool) -> Saved:
     }
     arrays: Arrays = {f"bodies.{name}": array[:, :n].copy() for name, array in bodies.arrays.items()}
     arrays |= {f"column.{name}": array[:n].copy() for name, array in bodies.columns.items()}
-    for name in ("clock", "fixed", "serial", "version", "batch", "local"):
+    for name in ROWS:
         arrays[f"row.{name}"] = getattr(bodies, name)[..., :n].copy()
     for k, batch in enumerate(world.batches):
         arrays[f"batch{k}.rows"] = batch.state.rows.copy()
         for name, array in batch.state.arrays.items():
             arrays[f"batch{k}.array.{name}"] = array.copy()
-    return Saved(header, arrays, list(bodies.objects), laws, containers)
+    shapes = [obj._shape for obj in bodies.objects]
+    return Saved(header, arrays, list(bodies.objects), laws, containers, shapes)
 
 
 def _plain(value: float) -> Any:
@@ -162,6 +170,8 @@ def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -
         "serial": obj.serial,
         "name": obj.name,
         "shape": None if obj.shape is None else obj.shape.describe(),
+        "density": obj._density,
+        "kind": "" if type(obj) is PhysicalObject else type(obj).__qualname__,
         "rank": obj.rank,
         "columns": dict(obj._columns),
         "laws": [[number[law], since] for law, since in world.mapping.laws(obj).items()],
@@ -199,6 +209,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
     for obj in list(world.bodies.objects):
         state = {name: obj._get(name) for name in FIELDS}
         obj._own.update(state)
+        obj._driven = False
         if obj not in kept:
             obj._engine, obj._row, obj.rank = None, -1, -1
     for law in world.laws:
@@ -213,6 +224,8 @@ def restore_into(engine: Any, saved: Saved) -> None:
         law._enabled = entry["enabled"]
         law.evaluations = entry["evaluations"]
         law.state = {key: list(v) if isinstance(v, list) else v for key, v in entry["state"].items()}
+    for obj, shape in zip(saved.objects, saved.shapes, strict=True):
+        obj._shape = shape
     _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers)
 
 
@@ -222,8 +235,9 @@ def revive(
     laws: Sequence[type[PhysicalLaw]],
     containers: Sequence[type[LawContainer]],
     registry: Any,
+    class_of: Callable[[Header], type[PhysicalObject]] = lambda entry: PhysicalObject,
 ) -> Any:
-    """A new engine of class ``kind`` from what `save` gave, with handles of its own."""
+    """A new engine of class ``kind`` from what `save` gave, with handles of its own; ``class_of`` says of which class an object is."""
     header, arrays = portable
     if header.get("version") != VERSION:
         raise RecordError(
@@ -236,7 +250,7 @@ def revive(
     }
     made_laws = [_revive_law(engine, entry, local_laws) for entry in header["laws"]]
     made_containers = [_revive_container(engine, entry, local_containers) for entry in header["containers"]]
-    objects = [_revive_object(entry, arrays, row) for row, entry in enumerate(header["objects"])]
+    objects = [_revive_object(entry, arrays, row, class_of) for row, entry in enumerate(header["objects"])]
     _build(engine, header, arrays, objects, made_laws, made_containers)
     engine._started = header["started"]
     if header.get("authored"):
@@ -250,13 +264,27 @@ def revive(
             first,
             of_first,
             [
-                serials.get(entry["serial"]) or _revive_object(entry, of_first, k)
+                serials.get(entry["serial"]) or _revive_object(entry, of_first, k, class_of)
                 for k, entry in enumerate(first["objects"])
             ],
             [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]],
             [_revive_container(engine, entry, local_containers) for entry in first["containers"]],
+            [_revive_shape(entry) for entry in first["objects"]],
         )
     return engine
+
+
+def attributes_of(engine: Any) -> dict[int, dict[str, Any]]:
+    """What subclasses of `PhysicalObject` keep beside the engine's state, by serial number."""
+    found = {obj.serial: getattr(obj, "__dict__", None) for obj in engine._world.bodies.objects}
+    return {serial: dict(kept) for serial, kept in found.items() if kept}
+
+
+def give_attributes(engine: Any, kept: dict[int, dict[str, Any]]) -> None:
+    """Give the objects of a revived engine what `attributes_of` found."""
+    for obj in engine._world.bodies.objects:
+        if obj.serial in kept:
+            obj.__dict__.update(kept[obj.serial])
 
 
 def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]]) -> PhysicalLaw:
@@ -290,17 +318,25 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
     return container
 
 
-def _revive_object(entry: Header, arrays: Arrays, row: int) -> PhysicalObject:
+def _revive_shape(entry: Header) -> Shape | None:
     from xpheve import shapes
 
-    shape = None
-    if entry["shape"] is not None:
-        described = dict(entry["shape"])
-        kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
-        shape = kinds[described.pop("kind")](**described)
+    if entry["shape"] is None:
+        return None
+    described = dict(entry["shape"])
+    kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
+    found: Shape = kinds[described.pop("kind")](**described)
+    return found
+
+
+def _revive_object(
+    entry: Header, arrays: Arrays, row: int, class_of: Callable[[Header], type[PhysicalObject]]
+) -> PhysicalObject:
     values = {name: arrays[f"bodies.{name}"][:, row].tolist() for name in FIELDS}
     fixed = bool(arrays["row.fixed"][row])
-    obj = PhysicalObject(shape, name=entry["name"], fixed=fixed, **entry["columns"])
+    kind = class_of(entry)
+    obj = kind.__new__(kind)  # a subclass may ask its __init__ for anything
+    PhysicalObject.__init__(obj, _revive_shape(entry), name=entry["name"], fixed=fixed, **entry["columns"])
     obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
     return obj
 
@@ -341,6 +377,10 @@ def _build(
         stored = StoredForce(force, source, tuple(until), accounted)
         world.forces.put(obj, stored)
         world.watch_force(obj, stored)
+    for serial, at, position, orientation in header["arrivals"]:
+        arrival = Arrival(tuple(at), tuple(position), tuple(orientation))
+        world.arrivals[serials[serial]] = arrival
+        watch(world, serials[serial], arrival)
     for serial in header["unplanned"]:
         world.unplanned[serials[serial]] = None
     world.dirty = header["dirty"]
@@ -392,12 +432,14 @@ def _build_bodies(engine: Any, world: World, header: Header, arrays: Arrays, obj
         bodies.add_column(name, math.nan if default is None else default)[:n] = arrays[f"column.{name}"]
     for name in bodies.arrays:
         bodies.arrays[name][:, :n] = arrays[f"bodies.{name}"]
-    for name in ("clock", "fixed", "serial", "version", "batch", "local"):
+    for name in ROWS:
         getattr(bodies, name)[..., :n] = arrays[f"row.{name}"]
     for row, (obj, entry) in enumerate(zip(objects, header["objects"], strict=True)):
         obj._engine, obj._row = engine, row
         obj.serial, obj.rank = entry["serial"], entry["rank"]
         obj._columns = dict(entry["columns"])
+        obj._driven = bool(bodies.driven[row])
+        obj._density = entry["density"]
     bodies.change += 1
 
 
@@ -415,8 +457,8 @@ def _build_mapping(
 
 def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) -> None:
     for k, (ident, signature, numbers) in enumerate(header["batches"]):
-        laws, torque, coupled = signature
-        signature = Signature(tuple(laws), torque, coupled)
+        laws, *rest = signature
+        signature = Signature(tuple(laws), *rest)
         choice = world.choices.get(signature)
         if choice is None:
             choice = world.choices[signature] = choose(signature, world._steppers())
@@ -457,4 +499,4 @@ def _build_queue(
         world.queue.push(Entry(tuple(instant), stage, tuple(rank), _Delivery(world, containers[number], event)))
 
 
-__all__ = ["Saved", "restore_into", "revive", "save"]
+__all__ = ["Saved", "attributes_of", "give_attributes", "restore_into", "revive", "save"]

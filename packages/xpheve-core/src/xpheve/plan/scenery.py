@@ -11,6 +11,7 @@ from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.plan.driven import dependents, immovable
 from xpheve.plan.world import World
 
 
@@ -123,6 +124,8 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     state = {name: world.read_row(obj._row, name) for name in FIELDS}
     state["mass"] = state["mass"][0]  # type: ignore[assignment]
     group = [other for other in world.groups.get(obj, []) if other is not obj]
+    if immovable(obj):
+        group = dependents(world, obj)
     laws = list(world.mapping.laws(obj))
     _tell_mapped(world, when.ObjectRemoved, [obj], laws)
     for law in laws:
@@ -155,6 +158,8 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     if world.contacts is not None:
         world.contacts.removed(obj, row, moved)
     obj._own.update(state)  # first, for readers on other threads
+    world.arrivals.pop(obj, None)
+    obj._driven = False
     obj._engine = None
     obj._row = -1
     obj.rank = -1

@@ -20,13 +20,21 @@ Values = dict[str, tuple[float, ...]]
 class Touched:
     """An object that was materialised at this instant: what its row held before, and what flight had made of it."""
 
-    __slots__ = ("clock", "flown", "forces", "held")
+    __slots__ = ("clock", "driven", "flown", "forces", "held")
 
-    def __init__(self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce]) -> None:
+    def __init__(
+        self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce], driven: bool
+    ) -> None:
         self.held = held
         self.clock = clock
         self.flown = flown
         self.forces = forces
+        self.driven = driven
+        """Whether it was driven until now: then no force did work on it."""
+
+
+Clash = tuple["PhysicalLaw", "PhysicalLaw", str, "PhysicalObject"]
+"""A law, the law that set the same anew, what, and of whom."""
 
 
 class Transaction:
@@ -39,9 +47,14 @@ class Transaction:
         """Objects whose stored forces changed."""
         self.written: dict[tuple[PhysicalObject, str], None] = {}
         """What was authored, by object and name."""
+        self.setters: dict[tuple[PhysicalObject, str], PhysicalLaw] = {}
+        """Which law set what last."""
+        self.clashes: list[Clash] = []
         self.refresh: set[PhysicalObject] = set()
         """Objects whose contacts are to be predicted again although their flight is the same."""
         self.replan: dict[PhysicalObject, None] = {}
+        self.switched: set[PhysicalObject] = set()
+        """Objects that the host took hold of or let go: their steppers are asked when the scene is planned."""
         self.undo: list[Callable[[], None]] = []
         self.later: list[Callable[[], None]] = []
         """Structural changes, made at the end of the instant."""
@@ -62,7 +75,7 @@ class Transaction:
             flown = {name: world.read_row(row, name) for name in STATE_WIDTHS} | {
                 name: held[name] for name in AUTHORED_WIDTHS
             }
-            self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)))
+            self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)), obj._driven)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
             bodies.clock[:, row] = world.time
@@ -102,5 +115,16 @@ class Transaction:
     def write(self, obj: PhysicalObject, name: str, value: Any) -> None:
         """Set a property of ``obj``, as somebody's will."""
         row = self.touch(obj)
+        self.note(obj, name, self.world.bodies.get(name, row) == (value if isinstance(value, tuple) else (value,)))
         self.world.bodies.put(name, row, value)
         self.written[obj, name] = None
+
+    def note(self, obj: PhysicalObject, name: str, same: bool) -> None:
+        """The law that acts now sets ``name`` of ``obj``; not to the ``same`` value that it has."""
+        law = self.world.acting
+        if law is None:
+            return
+        before = self.setters.get((obj, name))
+        if before is not None and before is not law and not same:
+            self.clashes.append((before, law, name, obj))
+        self.setters[obj, name] = law

@@ -21,11 +21,12 @@ from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
 from xpheve.plan.mapping import Mapping
-from xpheve.plan.order import positions
+from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
@@ -66,6 +67,8 @@ class World:
         self.streams: dict[PhysicalLaw, Any] = {}
         self.work: dict[str, float] = {}
         """Work [J] done by what has no potential, by label."""
+        self.arrivals: dict[PhysicalObject, Arrival] = {}
+        """Objects that the host carries, and where they will stand."""
         self.transaction: Transaction | None = None
         self.acting: PhysicalLaw | None = None
         self.ahead = 0.0
@@ -81,6 +84,8 @@ class World:
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
+        self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
+        """Laws that set the same at one event with no order between them, and what was said of it."""
         self._whole: tuple[int, Batch | None] = (-1, None)
         self._steppers = steppers
         self._next_serial = 0
@@ -158,7 +163,9 @@ class World:
         return sorted(laws, key=lambda law: (ranks.get(law, math.inf), self.laws[law]))
 
     def continuous_laws(self, obj: PhysicalObject) -> list[ContinuousLaw]:
-        """The enabled laws of ``obj`` that are evaluated along the way."""
+        """The enabled laws of ``obj`` that are evaluated along the way; a driven object asks for none."""
+        if obj._driven:
+            return []
         return [
             law
             for law in self.mapping.laws(obj)
@@ -180,6 +187,8 @@ class World:
         transaction = self.transaction = Transaction(self)
         try:
             yield transaction
+            if transaction.clashes:
+                report_clashes(self, transaction.clashes)
             new = self._commit(transaction)
         except BaseException:
             transaction.roll_back()
@@ -202,7 +211,8 @@ class World:
                 transaction.put_back(obj)
         for obj in changed:
             touched = transaction.touched[obj]
-            self._account(obj, touched.held, touched.clock, touched.flown)
+            if not touched.driven:
+                self._account(obj, touched.held, touched.clock, touched.flown)
         for obj in transaction.forced:
             self.sum_forces(obj)
         rows = self._restart(changed, transaction)
@@ -216,21 +226,27 @@ class World:
         """Tell the steppers; returns all rows whose flight is new."""
         bodies = self.bodies
         by_batch: dict[int, list[int]] = {}
+        moved: dict[int, dict[int, None]] = {}
         for obj in changed:
             number = int(bodies.batch[obj._row])
-            if obj in self.unplanned:
+            if obj in self.unplanned or obj in transaction.switched:
                 continue
+            if immovable(obj):
+                for other in dependents(self, obj):
+                    moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
             if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
                 transaction.replan[obj] = None
             by_batch.setdefault(number, []).append(obj._row)
         for obj in transaction.replan:
             self.mark(obj)
         found: set[int] = set()
-        for number, rows in sorted(by_batch.items()):
+        for number in sorted({*by_batch, *moved}):
+            rows = by_batch.get(number, [])
             if number >= 0:
                 batch = self.batches[number]
                 before = self._snapshot(batch)
-                new = batch.stepper.changed(batch.state, bodies, rows, self.time, self.sources(batch))
+                asked = list(dict.fromkeys([*rows, *moved.get(number, ())]))
+                new = batch.stepper.changed(batch.state, bodies, asked, self.time, self.sources(batch))
                 self._after_step(batch, before, rows)
                 rows = list(new)
             bodies.version[rows] += 1
@@ -298,7 +314,8 @@ class World:
         self.work[label] = self.work.get(label, 0.0) + joules
 
     def _label(self, batch: Batch) -> str:
-        return " + ".join(law.label() for law in batch.laws if not law.defines("potential")) or "laws"
+        labels = [law.label() for law in batch.laws if not law.defines("potential")]
+        return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
 
     def _snapshot(self, batch: Batch) -> dict[str, Array] | None:
         """The flights of a batch that end now, if work is to be booked over them."""
@@ -360,6 +377,7 @@ class World:
             laws = {law for obj in objects for law in self.continuous_laws(obj)}
             batch.laws = [law for law in self.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
             batch.sources = BatchSources(self, batch.laws, objects)
+            batch.lent = bool(len(batch.sources.hands))
         return batch.sources
 
     def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
@@ -461,7 +479,8 @@ class World:
         if clock != self.time:
             held = {name: bodies.get(name, row) for name in STATE_WIDTHS}
             flown = {name: self.read_row(row, name) for name in STATE_WIDTHS}
-            self._account(obj, held, clock, flown)
+            if not obj._driven:
+                self._account(obj, held, clock, flown)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
             bodies.clock[:, row] = self.time
@@ -589,7 +608,7 @@ class World:
         if condition is not None and condition.once:
             self.spend(container)
         self.events += 1
-        container.laws.sort(key=self._law_order)
+        container.laws.sort(key=self.law_order)
         try:
             container.enforce_laws(event)
         except LawFailedError:
@@ -691,7 +710,8 @@ class World:
         """The id of the forces that ``law`` stores."""
         return f"{law.label()}#{self.laws[law]}"
 
-    def _law_order(self, law: PhysicalLaw) -> tuple[int, int, str, int]:
+    def law_order(self, law: PhysicalLaw) -> tuple[int, int, str, int]:
+        """Where ``law`` stands among those that answer one event: the least comes first."""
         return (self.law_positions.get(law.label(), 0), -law.priority, law.label(), self.ranks.law_ranks.get(law, 0))
 
     # Time

@@ -13,6 +13,7 @@ from xpheve.forces import Force
 from xpheve.laws import LawContainer, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.shapes.base import Shape
 
 
 def plain(value: Any, what: str) -> Any:
@@ -61,6 +62,8 @@ def encode(engine: Any, value: Any) -> Any:
         return {
             "new container": [value.label(), value.name, _condition(value), [encode(engine, law) for law in value.laws]]
         }
+    if isinstance(value, Shape):
+        return {"shape": value.describe()}
     if isinstance(value, type) and issubclass(value, (PhysicalLaw, LawContainer)):
         return {"class": value.label()}
     if isinstance(value, Iterable):
@@ -168,6 +171,11 @@ class Decoder:
         except UnknownLawError:
             found = registry.container(label)
         return found
+
+    def _shape(self, given: Any) -> Any:
+        from xpheve.plan.saved import _revive_shape
+
+        return _revive_shape({"shape": given})
 
     def _new_object(self, given: Any) -> PhysicalObject:
         from xpheve.plan.saved import _revive_object

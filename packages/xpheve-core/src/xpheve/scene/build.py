@@ -18,11 +18,12 @@ from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, conditions
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.scene.hold import UNIT_LENGTH, take_hold
 from xpheve.scene.model import SHAPES, ConditionTable, LawTable, ObjectTable, RunTable, check_scene, near
 from xpheve.scene.names import Names
 from xpheve.scene.paths import inside
 from xpheve.scene.quantities import number
-from xpheve.scene.source import Path_, Source, read_source, show
+from xpheve.scene.source import Path_, Source, clip, read_source, show
 from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ CONDITIONS: dict[str, type[conditions.Condition]] = {
     if isinstance(kind, type) and issubclass(kind, conditions.Condition) and kind is not conditions.Condition
 }
 
-UNIT_LENGTH = 1e-14  # |q|^2 this near to 1 is rounding of a run and kept to the bit; what people round off is farther
+LONGEST_TEXT = 2000  # characters of an error; a file may name things that have thousands
+SHORTEST_PERIOD = 1e-9  # [s] a clock that ticks faster is a slip of the pen, and its run would not end in a lifetime
 SHOWN = 8  # names in an error
 
 
@@ -157,6 +159,8 @@ class _Building:
         self._add_objects()
         self._set_between()
         self._add_forces()
+        self._drive()
+        self.engine._world.force_ids.given(table.force_ids)
 
     # Errors and names
 
@@ -170,7 +174,7 @@ class _Building:
         except Exception as wrong:
             text = str(wrong) if isinstance(wrong, XpheveError) else f"{type(wrong).__name__}: {wrong}"
             where = self.source.name if not path else self.source.at(self._nearest(path, text))
-            raise SceneError(f"{where}: {text}") from wrong
+            raise SceneError(f"{where}: {clip(text, LONGEST_TEXT)}") from wrong
 
     def _nearest(self, path: Path_, text: str) -> Path_:
         """Return the key of the table at ``path`` that ``text`` speaks of, if it does."""
@@ -244,6 +248,10 @@ class _Building:
         for field in fields(kind):
             if field.name == "seconds" and "seconds" not in given:
                 raise self.source.error(path, f"the key seconds is missing: {kind.__name__} waits for a length of time")
+        if given.get("every") and 0.0 < given.get("seconds", 1.0) < SHORTEST_PERIOD:
+            raise self.source.wrong(
+                (*path, "seconds"), f"a scene file's clocks tick at most once in {SHORTEST_PERIOD} s; give it longer"
+            )
         with self._blame(path):
             return kind(**given)
 
@@ -442,6 +450,18 @@ class _Building:
             assert isinstance(law, PairLaw)
             these, those = (tuple(self.objects[k] for k in side) for side in sides)
             law.between = (these, those)
+
+    def _drive(self) -> None:
+        """Take hold of what the host drove, as it moves."""
+        for place, (obj, table) in enumerate(zip(self.objects, self.table.objects, strict=True)):
+            path = ("objects", place)
+            if table.arrival is not None and not table.driven:
+                raise self.source.error(
+                    (*path, "arrival"), "only what is driven arrives: add driven = true, or take arrival out"
+                )
+            if table.driven:
+                with self._blame((*path, "driven")):
+                    take_hold(obj, table)
 
     def _add_forces(self) -> None:
         for place, table in enumerate(self.table.objects):

@@ -249,6 +249,14 @@ class ForceTable(Table):
     id: ForceId | None = None
 
 
+class ArrivalTable(Table):
+    """Where a carried object will stand, and in how long."""
+
+    position: Annotated[Vec, quantities("m")]
+    orientation: Annotated[tuple[float, float, float, float], quantities("1", 4)] = (1.0, 0.0, 0.0, 0.0)
+    within: Time
+
+
 class ObjectTable(Table):
     """A physical object, the laws it obeys, and the forces on it."""
 
@@ -262,6 +270,8 @@ class ObjectTable(Table):
     angular_velocity: Annotated[Vec, quantities("rad/s")] = (0.0, 0.0, 0.0)
     inertia: Inertia | None = None
     fixed: Switch = False
+    driven: Switch = False
+    arrival: ArrivalTable | None = None
     columns: Annotated[Columns, Field(default_factory=dict)]
     laws: Names = ()
     forces: Annotated[list[ForceTable], Field(default_factory=list)]
@@ -311,6 +321,7 @@ class SceneTable(Table):
     xpheve: Literal[1]
     up: Literal["x", "y", "z"] = "y"
     seed: Seed = 0
+    force_ids: Seed = 0
     run: RunTable = RunTable()
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]
     laws: Annotated[list[LawTable], Field(default_factory=list)]
@@ -329,6 +340,8 @@ def check_scene(source: Source) -> SceneTable:
             )
     try:
         return SceneTable.model_validate(source.data)
+    except UnicodeEncodeError:
+        raise SceneError(f"{source.name}: half of a surrogate pair (\\ud800 to \\udfff) is no character") from None
     except ValidationError as wrong:
         found = [(_path_of(row["loc"], source), row) for row in wrong.errors(include_url=False, include_context=True)]
     found.sort(key=lambda pair: source.line(pair[0]))
@@ -410,6 +423,7 @@ def keys_of(path: Path_, source: Source) -> list[str]:
         "laws": LawTable,
         "objects": ObjectTable,
         "forces": ForceTable,
+        "arrival": ArrivalTable,
     }
     last = names[-1] if names else ""
     if last == "shape":

@@ -95,7 +95,7 @@ class Source:
                 said = said.removesuffix(" (at end of document)")
             else:
                 where = self.name
-            raise SceneError(f"{where}: this is no TOML: {_clip(said, 200)}") from None
+            raise SceneError(f"{where}: this is no TOML: {clip(said, 200)}") from None
 
     def _parse_json(self) -> dict[str, Any]:
         import json
@@ -124,7 +124,7 @@ class Source:
                 f"{self.name}:{wrong.lineno}: this is no JSON: {wrong.msg} (column {wrong.colno})"
             ) from None
         except ValueError as wrong:
-            raise SceneError(f"{self.name}: this is no JSON: {_clip(str(wrong), 200)}") from None
+            raise SceneError(f"{self.name}: this is no JSON: {clip(str(wrong), 200)}") from None
         if not isinstance(data, dict):
             raise SceneError(f'{self.name}:1: a scene is a table, {{"xpheve": 1, ...}}, not {show(data)}')
         return data
@@ -217,18 +217,19 @@ def show(value: Any) -> str:
     if isinstance(value, str):
         import json
 
-        return _clip(json.dumps(value, ensure_ascii=not value.isprintable()))
+        return clip(json.dumps(value, ensure_ascii=not value.isprintable()))
     if isinstance(value, bool):
         return "true" if value else "false"
     if value is None:
         return "null"
     try:
-        return _clip(repr(value))
+        return clip(repr(value))
     except ValueError:  # a whole number of more digits than Python writes
         return "a number of thousands of digits"
 
 
-def _clip(text: str, length: int = LONGEST_SHOWN) -> str:
+def clip(text: str, length: int = LONGEST_SHOWN) -> str:
+    """``text``, cut off where it is too long to be shown."""
     return text if len(text) <= length else text[: length - 3] + "..."
 
 

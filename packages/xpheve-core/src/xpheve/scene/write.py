@@ -10,19 +10,21 @@ import json
 import math
 import os
 import re
+import warnings
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from xpheve.errors import SceneError, XpheveError
+from xpheve.errors import SceneError, XpheveError, XpheveWarning
+from xpheve.kernels.clock import elapsed
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.objects import PhysicalObject
 from xpheve.scene.names import Names
 from xpheve.scene.source import form_of, show
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
-    from xpheve.objects import PhysicalObject
 
 VERSION = 1
 WIDTH = 120  # characters; lists and tables that fit stand on one line
@@ -128,6 +130,10 @@ class _Tables:
                     f"two {kind}s are called {show(names.rows[names.twice[0][0]][0])}; names are unique: rename one"
                 )
         tables: Plain = {"xpheve": VERSION, "up": engine.up, "seed": engine.seed}
+        last = engine._world.force_ids.last
+        ids = [force.id for obj in self.objects for force in engine.user_forces(obj) if isinstance(force.id, int)]
+        if last > max(ids, default=0):  # an id that was given once is not given again
+            tables["force_ids"] = last
         for key, rows in (
             ("containers", [self.container(one) for one in self.shared]),
             ("laws", [self.law(one) for one in self.laws]),
@@ -254,8 +260,16 @@ class _Tables:
             table["shape"] = self._shape(obj.shape, label)
         if obj.fixed:
             table["fixed"] = True
+        if obj.driven:
+            table["driven"] = True
+            table |= self._arrival(obj)
+        if type(obj) is not PhysicalObject:
+            self._warn_of_class(obj, label)
         mass = obj.mass
-        if not obj.fixed or mass != 1.0:
+        density = obj._density
+        if density is not None and obj.shape is not None and density * obj.shape.volume == mass:
+            table["density"] = density
+        elif not obj.fixed or mass != 1.0:
             table["mass"] = mass
         inertia = obj.inertia
         solid = (0.0, 0.0, 0.0) if obj.shape is None or math.isinf(obj.shape.reach) else obj.shape.inertia(mass)
@@ -283,6 +297,22 @@ class _Tables:
         for key in ("position", "velocity", "orientation", "angular_velocity", "inertia"):
             _plain(table.get(key, 0.0), f"{label}: {key}")
         return table
+
+    def _arrival(self, obj: PhysicalObject) -> Plain:
+        world = self.engine._world
+        arrival = world.arrivals.get(obj)
+        if arrival is None:
+            return {}
+        within = elapsed(arrival.at, world.time)
+        place = {"position": list(arrival.position), "orientation": list(arrival.orientation), "within": within}
+        return {"arrival": place}
+
+    def _warn_of_class(self, obj: PhysicalObject, label: str) -> None:
+        text = (
+            f"{label}: a scene file says nothing of its class {type(obj).__qualname__}: read again, it is a PhysicalObject that moves the "
+            "same. A checkpoint keeps classes: engine.checkpoint, PhysicsEngine.restore(..., objects=[...])"
+        )
+        warnings.warn(text, XpheveWarning, stacklevel=2)
 
     def _between(self, law: PhysicalLaw, obj: PhysicalObject) -> bool:
         return isinstance(law, PairLaw) and law.between is not None and any(obj in side for side in law.between)

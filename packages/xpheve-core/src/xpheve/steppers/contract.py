@@ -28,12 +28,13 @@ class Signature:
 
     ``laws`` are the ids of the laws evaluated along the way (stored forces are none of them); ``torque`` says how the stored torques act:
     ``"none"``, ``"principal"`` (about a principal axis about which the body spins) or ``"general"``; ``size`` is how many objects the group joins,
-    at most 2 told apart from more.
+    at most 2 told apart from more. ``driven`` objects move as the host says: core serves them itself.
     """
 
     laws: tuple[str, ...]
     torque: str
     coupled: bool = False
+    driven: bool = False
 
 
 class Offer(NamedTuple):
