@@ -21,9 +21,12 @@ class Damper(PairLaw):
     free. At d = 0 it has no direction and the force is 0. With ``basic:spring`` on the same objects it makes a
     spring-damper; critical damping of a pair is c = 2 sqrt(k m), where m is the reduced mass m_a m_b / (m_a + m_b).
 
+    Benefits and drawbacks: ``basic:linear_drag`` damps all motion against a fluid and takes momentum away; this one damps only
+    the stretching of a pair, and keeps its momentum. A stiff damper asks for small steps.
+
     Units: damping c [N s/m], velocities [m/s], force [N]. There is no potential; the work is reported.
 
-    Cost: one evaluation a step, some thirty operations, a square root and three divisions a pair.
+    Cost: one evaluation a step, some thirty operations, a square root and three divisions a pair; O(n^2) for n bodies that are all joined.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while c dt / m < 2.
 
     Source: L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 25.

@@ -22,9 +22,12 @@ class DamperToPoint(FieldLaw):
     is not damped just there. With ``basic:spring_to_point`` on the same objects it makes a spring-damper; critical
     damping is c = 2 sqrt(k m).
 
+    Benefits and drawbacks: ``basic:linear_drag`` damps motion in all directions, with three multiplications; this one
+    only to and from the point. ``basic:damper`` is the same between two objects, and keeps their momentum.
+
     Units: damping c [N s/m], velocity v [m/s], force [N]. There is no potential; the work is reported.
 
-    Cost: one evaluation a step, some thirty operations, a square root and three divisions a body.
+    Cost: one evaluation a step, some thirty operations, a square root and three divisions a body; O(n) for n bodies.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while c dt / m < 2.
 
     Source: L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 25.

@@ -16,9 +16,12 @@ class LinearDrag(FieldLaw):
     Holds for creeping flow, Reynolds numbers below about 0.1, in a fluid at rest; b = 6 pi mu r for a sphere of
     radius r in a fluid of viscosity mu (Stokes). Also the usual model of a viscous damper.
 
+    Benefits and drawbacks: the cheapest drag, smooth everywhere, with closed forms to check against; but a
+    ball in air obeys ``basic:quadratic_drag`` from a millimetre a second up. Neither knows wind: ``basic:wind`` does.
+
     Units: coefficient b [kg/s], velocity v [m/s], force [N]. There is no potential; the work is reported.
 
-    Cost: one evaluation a step, three multiplications a body.
+    Cost: one evaluation a step, three multiplications a body; O(n) for n bodies.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while b dt / m < 2.
 
     Source: G. G. Stokes, Trans. Camb. Phil. Soc. 9, part II, 8 (1851); G. K. Batchelor, An Introduction to Fluid

@@ -38,10 +38,13 @@ class PlanetGravity(FieldLaw):
     Holds as long as heights are small beside the planet's radius: the neglected change of g is 2 h/R, or 0.03 % for
     each kilometre above the Earth.
 
+    Benefits and drawbacks: free along the way and exact in closed form, which ``basic:universal_gravity`` is not; but it knows no
+    distance, so it makes no orbits, and objects do not pull one another. Other planets: ``xpheve_laws_basic.planets``.
+
     Units: acceleration g [m/s^2], mass m [kg], force [N]; the potential is m g h [J] with the height h [m] over the
     origin.
 
-    Cost: none along the way; reads mass and parameters only, so that the force is stored once.
+    Cost: none along the way; reads mass and parameters only, so that the force is stored once. O(n) for n bodies, once.
     Accuracy: exact, to rounding.
 
     Source: I. Newton, Principia (1687), definition VIII; the default of g is that of central Europe, standard

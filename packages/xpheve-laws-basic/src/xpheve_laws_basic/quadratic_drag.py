@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
-from xpheve.laws import Column, FieldLaw, Param
+from xpheve.laws import FieldLaw, Param
+from xpheve_laws_basic.columns import DRAG_AREA
 
 if TYPE_CHECKING:
     from xpheve.laws.view import BodyView
@@ -22,10 +22,13 @@ class QuadraticDrag(FieldLaw):
     for all, and one of 0 would leave the drag out without a word. An object without it stops the run with an error
     at the first evaluation. 0 is allowed, and means none.
 
+    Benefits and drawbacks: right for balls, cars and people in air, where ``basic:linear_drag`` is not; slow flow, the drag crisis
+    and the speed of sound are outside. ``basic:wind`` is this law in a fluid that moves.
+
     Units: density rho [kg/m^3], C_d [1], area A [m^2], velocity v [m/s], force [N]. There is no potential; the work
     is reported.
 
-    Cost: one evaluation a step, some fifteen operations and a square root a body.
+    Cost: one evaluation a step, some fifteen operations and a square root a body; O(n) for n bodies.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint.
 
     Source: G. K. Batchelor, An Introduction to Fluid Dynamics (1967), section 5.11; the density is that of the
@@ -34,7 +37,7 @@ class QuadraticDrag(FieldLaw):
 
     id = "basic:quadratic_drag"
     role = "drag"
-    columns = {"drag_area": Column(math.nan, unit="m^2", ge=0, doc="A, the area seen along the way; must be given.")}
+    columns = {"drag_area": DRAG_AREA}
 
     density = Param(1.225, unit="kg/m^3", ge=0, doc="Of the fluid; the default is air at sea level and 15 C.")
     coefficient = Param(0.47, unit="1", ge=0, doc="C_d; the default is that of a smooth sphere.")

@@ -24,9 +24,12 @@ class Spring(PairLaw):
     A spring that also damps is this law and ``basic:damper`` on the same objects. They are two laws so that this
     one has a potential, by which energy is accounted exactly, and the other reports the work that it takes.
 
+    Benefits and drawbacks: a soft way to join two objects, of any number of pairs, with an exact energy balance; but the stiffer the
+    spring, the smaller the steps must be. ``basic:spring_to_point`` holds one object to a place instead.
+
     Units: stiffness k [N/m], lengths [m], force [N]; the potential is k (|d| - L)^2 / 2 [J].
 
-    Cost: one evaluation a step, some twenty operations, a square root and three divisions a pair.
+    Cost: one evaluation a step, some twenty operations, a square root and three divisions a pair; O(n^2) for n bodies that are all joined.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k), where m is
     the reduced mass m_a m_b / (m_a + m_b).
 

@@ -24,9 +24,12 @@ class SpringToPoint(FieldLaw):
     A spring that also damps is this law and ``basic:damper_to_point`` on the same objects, for the reason that
     ``basic:spring`` gives.
 
+    Benefits and drawbacks: cheaper than ``basic:spring`` to a fixed object, of which it needs none; but the place cannot move, nor be
+    pulled along. The stiffer the spring, the smaller the steps must be.
+
     Units: stiffness k [N/m], lengths [m], force [N]; the potential is k (|d| - L)^2 / 2 [J].
 
-    Cost: one evaluation a step, some twenty operations, a square root and three divisions a body.
+    Cost: one evaluation a step, some twenty operations, a square root and three divisions a body; O(n) for n bodies.
     Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k).
 
     Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed.

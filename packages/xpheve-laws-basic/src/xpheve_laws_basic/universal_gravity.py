@@ -20,10 +20,14 @@ class UniversalGravity(PairLaw):
     error. With softening each body acts like a Plummer sphere of radius s, which is for swarms where close
     encounters do not matter.
 
+    Benefits and drawbacks: orbits, and pulls both ways; ``basic:planet_gravity`` is its limit near the ground, in closed form and
+    free along the way; ``basic:black_hole_gravity`` adds the last stable orbit around one hole. All pairs are summed, with no tree, so that more
+    than some thousands of bodies are slow.
+
     Units: G [m^3/(kg s^2)], masses [kg], lengths [m], force [N]; the potential of a pair is -G m_a m_b / sqrt(|d|^2
     + s^2) [J].
 
-    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``.
+    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``: O(n^2).
     Accuracy: the force is exact to rounding; trajectories are as exact as the stepper, order 2 in dt with the
     midpoint.
 

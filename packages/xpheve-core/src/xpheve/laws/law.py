@@ -203,6 +203,16 @@ class ContinuousLaw(PhysicalLaw):
     """What `FieldLaw` and `PairLaw` share: a force written once as an expression over batches of objects."""
 
     role = "force"
+    singular: ClassVar[str] = ""
+    """A sentence that says where the force has no finite value; it ends the error that such a force raises."""
+
+    def jumps(self, since: float) -> tuple[float, ...]:
+        """Simulation times [s] at which the force on an object that came under the law at ``since`` jumps.
+
+        A step never passes one: it ends there, and the next begins. So a force that is switched by ``body.time`` and
+        ``body.since`` is switched at the exact instant. Optional; without it the force is taken to be smooth in time.
+        """
+        return ()
 
     def enforce_this_law(self, event: Event) -> None:
         """Evaluate once and store the force on each object until the next event (zero-order hold)."""
@@ -213,7 +223,8 @@ class ContinuousLaw(PhysicalLaw):
     def defines(cls, method: str) -> bool:
         """Whether the class itself (or a parent other than the contract) has ``method``."""
         found = inspect.getattr_static(cls, method, None)
-        return found is not None and found not in (vars(FieldLaw).get(method), vars(PairLaw).get(method))
+        contract = (vars(kind).get(method) for kind in (ContinuousLaw, FieldLaw, PairLaw))
+        return found is not None and all(found is not one for one in contract)
 
     @classmethod
     def is_concrete(cls) -> bool:

@@ -49,6 +49,14 @@ def _batch(values: Any) -> Batch:
     return found
 
 
+def _turned(vector: Any, q: Batch, sense: float) -> Batch:
+    """``vector`` turned by the unit quaternions ``q`` (sense 1), or back (-1): v + 2 (w u x v + u x (u x v))."""
+    values = np.asarray(vector, dtype=float)
+    w, u = q[:, 0:1], sense * q[:, 1:4]
+    twice = 2.0 * np.cross(u, values)
+    return _batch(values + w * twice + np.cross(u, twice))
+
+
 STATE = frozenset({"position", "velocity", "orientation", "angular_velocity"})
 """What flight changes; a law that reads none of it, nor time, is constant."""
 
@@ -57,7 +65,9 @@ class BodyView:
     """The objects of a batch as a law sees them; read-only.
 
     ``position`` [m], ``velocity`` [m/s], ``angular_velocity`` [rad/s] (n, 3) in the world frame, ``orientation`` (n, 4), ``mass``
-    [kg] and every column (n, 1), ``inertia`` [kg m^2] (n, 3); ``time`` [s] and ``up`` (3,) are of the scene.
+    [kg] and every column (n, 1), ``inertia`` [kg m^2] (n, 3); ``volume`` [m^3] (n, 1) is that of the shape, NaN for a point and for a
+    shape without end; ``since`` [s] (n, 1) is when the object came under the law, or the law was enabled; ``time`` [s] and ``up`` (3,)
+    are of the scene.
     """
 
     __slots__ = ("_fetch", "_held", "_reads", "count")
@@ -80,6 +90,14 @@ class BodyView:
                 value.flags.writeable = False
             held[name] = value
         return held[name]
+
+    def to_world(self, vector: Any) -> Batch:
+        """``vector`` of the body frame, shape (n, 3) or (3,), in the world frame, shape (n, 3)."""
+        return _turned(vector, self.orientation, 1.0)
+
+    def to_body(self, vector: Any) -> Batch:
+        """``vector`` of the world frame, shape (n, 3) or (3,), in the body frame, shape (n, 3)."""
+        return _turned(vector, self.orientation, -1.0)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"body.{name} is read-only in a force law; return the force, or write a free-form law")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,10 +13,11 @@ from numpy.typing import NDArray
 from xpheve.bodies import STATE_WIDTHS, Bodies
 from xpheve.errors import LawFailedError
 from xpheve.kernels.clock import Instant
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.driven import immovable
+from xpheve.plan.mapping import Mapping
 from xpheve.steppers.contract import Array, Rows
 
 Fetch = Callable[[str], Array]
@@ -24,8 +27,9 @@ UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.
 class Evaluator:
     """Calls the methods of laws with views of an engine's bodies."""
 
-    def __init__(self, bodies: Bodies, up: str) -> None:
+    def __init__(self, bodies: Bodies, up: str, mapping: Mapping) -> None:
         self.bodies = bodies
+        self.mapping = mapping
         self.up = np.array(UP[up])
 
     def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
@@ -45,9 +49,13 @@ class Evaluator:
                 return self.up.copy()
             if name in bodies.columns:
                 return bodies.columns[name][rows]
+            if name == "volume":
+                return np.array([_volume_of(bodies.objects[row]) for row in rows.tolist()])
+            if name == "since":
+                return np.array([self.since(law, bodies.objects[row]) for row in rows.tolist()])
             from xpheve.plugins.suggest import did_you_mean
 
-            known = [*STATE_WIDTHS, "mass", "inertia", "time", "up", *bodies.columns]
+            known = [*STATE_WIDTHS, "mass", "inertia", "volume", "since", "time", "up", *bodies.columns]
             raise LawFailedError(
                 f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
                 f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
@@ -55,6 +63,10 @@ class Evaluator:
             )
 
         return BodyView(fetch, reads, len(rows))
+
+    def since(self, law: PhysicalLaw, obj: PhysicalObject) -> float:
+        """When [s] ``obj`` came under ``law``, or ``law`` was enabled."""
+        return self.mapping.laws(obj)[law][0]
 
     def field(
         self, law: FieldLaw, rows: Rows, time: float, state: Fetch, reads: set[str]
@@ -94,10 +106,22 @@ class Evaluator:
             obj = self.bodies.objects[int(rows[bad])]
             value = tuple(full[:, bad].tolist())
             raise LawFailedError(
-                f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before",
+                f"{law.label()}.{method} gave {value} for {obj!r} at t = {time} s; the engine stands just before."
+                f"{self._why(law, obj, int(rows[bad]))}",
                 law,
             )
         return full
+
+    def _why(self, law: ContinuousLaw, obj: PhysicalObject, row: int) -> str:
+        """What may have made a force that is not finite: a column that was not given, or what the law itself says."""
+        columns = self.bodies.columns
+        missing = [
+            name for name in law.columns if math.isnan(columns[name][row]) and math.isnan(law.columns[name].default)
+        ]
+        if missing:
+            name, column = missing[0], law.columns[missing[0]]
+            return f" {obj.label} has no {name}: {column.doc} Give PhysicalObject(..., {name}=...) in {column.unit}"
+        return f" {law.singular}" if law.singular else ""
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
         with np.errstate(all="ignore"):
@@ -117,6 +141,12 @@ class Evaluator:
         """Potential energy [J] of each object or pair, shape (rows,)."""
         result = np.asarray(self._call(law, "potential", views, rows, time), dtype=float)
         return np.broadcast_to(result, (len(rows), 1))[:, 0]
+
+
+def _volume_of(obj: PhysicalObject) -> float:
+    """Volume [m^3] of the shape; NaN where there is none, or no end to it."""
+    volume = math.nan if obj.shape is None else obj.shape.volume
+    return volume if math.isfinite(volume) else math.nan
 
 
 def is_constant(reads: set[str]) -> bool:
@@ -152,6 +182,7 @@ class BatchSources:
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
         self.pairs: list[tuple[PairLaw, Rows, Rows]] = []
+        self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
             if isinstance(law, FieldLaw):
@@ -167,6 +198,21 @@ class BatchSources:
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
+
+    def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
+        """When [s] the force of a law on one of ``objects`` jumps, ascending."""
+        found: set[float] = set()
+        since = self.world.evaluator.since
+        for law in self.laws:
+            if law.defines("jumps"):
+                began = {since(law, obj) for obj in objects if law in self.world.mapping.laws(obj)}
+                found.update(time for one in began for time in law.jumps(one))
+        return sorted(found)
+
+    def wall(self, t: Instant, wall: Instant) -> Instant:
+        """``wall``, or the first jump after ``t`` if that comes before it: no step may pass it."""
+        place = bisect_right(self.jumps, t[0])
+        return min(wall, (self.jumps[place], 0.0)) if place < len(self.jumps) else wall
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all that pair laws join with them, ascending."""

@@ -57,7 +57,7 @@ class World:
         """Laws whose force is stored, with what they read."""
         self.contacts: ContactServer | None = None
         self.queue = EventQueue(self._is_live)
-        self.evaluator = Evaluator(self.bodies, up)
+        self.evaluator = Evaluator(self.bodies, up, self.mapping)
         self.settings = Settings()
         self.grid: tuple[Instant, float, int] | None = None
         self.timers: dict[LawContainer, tuple[Instant, int]] = {}
@@ -384,7 +384,10 @@ class World:
         """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
         begin = batch.stepper.covered(batch.state)
         before = self._snapshot(batch)
-        stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, self.sources(batch))
+        sources = self.sources(batch)
+        if sources is not None:
+            wall = sources.wall(begin, wall)
+        stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
         self._after_step(batch, before)
         self.time = max(self.time, begin)
         if stop.rows:

@@ -153,7 +153,7 @@ class Stepper(ABC):
     ) -> Stop:
         """Make one more step of the stepper's own if the batch is not known until ``need``.
 
-        ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step, is never passed.
+        ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step or jump of a force, is never passed.
         """
 
     @abstractmethod

@@ -59,7 +59,7 @@ class Midpoint(FlightStepper):
             trial, end = step.first(begin, span), later(begin, span)
             state.numbers["second"] = 0.0
         else:
-            span, trial = step.to_tolerance(begin, settings)
+            span, trial = step.to_tolerance(begin, elapsed(wall, begin), settings)
             end = later(begin, span)
         if not np.isfinite(span):
             raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
@@ -119,8 +119,10 @@ class _Step:
         middle = self._middle(begin, rows, torque, half)
         force, twist, reads_velocity = self.sources.evaluate(rows, later(t, half), middle)
         if reads_velocity:
-            found = begin["velocity"] + half * (stored + force / mass)
-            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle | {"velocity": found})
+            middle["velocity"] = begin["velocity"] + half * (stored + force / mass)
+            if twist.any():
+                middle["orientation"], middle["angular_velocity"] = self._turn(begin, rows, torque + twist, half)
+            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle)
         working = self.sources.working
         return begin | {"acceleration": stored + force / mass, "torque": torque + twist, "working": working}
 
@@ -156,11 +158,12 @@ class _Step:
             "angular_velocity": omega,
         }
 
-    def to_tolerance(self, t: Instant, settings: Settings) -> tuple[float, dict[str, Array]]:
+    def to_tolerance(self, t: Instant, longest: float, settings: Settings) -> tuple[float, dict[str, Array]]:
         """The first of two half steps that agree with a whole one (step doubling; Hairer, Norsett, Wanner I, II.4)."""
         numbers, rows = self.state.numbers, self.state.rows
-        span = numbers["next"] or self._guess(t)
+        wanted = numbers["next"] or self._guess(t)
         while True:
+            span = min(wanted, longest)
             whole = self.first(t, span)
             first = self.first(t, 0.5 * span)
             halfway = self.end(first, rows, 0.5 * span)
@@ -168,10 +171,11 @@ class _Step:
             error = self._error(self.end(whole, rows, span), self.end(second, rows, 0.5 * span), first, settings)
             factor = GROWTH if error == 0 else min(GROWTH, max(0.1, SAFETY * error ** (-1.0 / 3.0)))
             if error <= 1.0:
-                numbers["next"], numbers["second"] = span * factor, 0.5 * span
+                # A step that a wall cut short says too little of the step after it to make that shorter, too.
+                numbers["next"], numbers["second"] = max(span * factor, wanted if span < wanted else 0.0), 0.5 * span
                 return 0.5 * span, first
             numbers["rejected"] += 1.0
-            span *= factor
+            wanted = span = span * factor
             if not span > SMALLEST * max(1.0, abs(t[0])):
                 raise NoStepperError(
                     f"core:midpoint cannot keep rtol={settings.rtol}, atol={settings.atol} at t = {t[0]} s: its step fell to {span} s. "
