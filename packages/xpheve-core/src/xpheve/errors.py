@@ -90,9 +90,21 @@ class SceneError(XpheveError, ValueError):
     """A scene file that is wrong: place, value and way out."""
 
 
+class MeshError(XpheveError, ValueError):
+    """A mesh file, or a node of a scene graph, that cannot be used."""
+
+
 class RecordError(XpheveError):
     """A record or checkpoint that cannot be read."""
 
 
 class XpheveWarning(UserWarning):
     """What every warning of xPheve is; ``warnings.filterwarnings`` silences it by class."""
+
+
+class MeshWarning(XpheveWarning):
+    """A mesh that was mended: ``what`` it was, and ``repairs``, a sentence each."""
+
+    def __init__(self, what: str, repairs: tuple[str, ...]) -> None:
+        super().__init__(f"{what}: {'; '.join(repairs)}")
+        self.what, self.repairs = what, repairs

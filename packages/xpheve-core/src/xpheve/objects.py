@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 Quat = tuple[float, float, float, float]
 
+NOWHERE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 FIELDS = ("position", "velocity", "orientation", "angular_velocity", "mass", "inertia")
 
 
@@ -67,7 +68,7 @@ class PhysicalObject:
     shape
         A `xpheve.shapes.Shape`, or None for a point.
     mass, density
-        Mass [kg], default 1; or density [kg/m^3] of the shape.
+        Mass [kg], default that of densities given to parts, or 1; or density [kg/m^3] of the shape.
     position, velocity
         Of the centre of mass [m], [m/s]; shape (3,), world frame.
     orientation
@@ -76,6 +77,8 @@ class PhysicalObject:
         [rad/s], shape (3,), world frame.
     inertia
         Principal moments [kg m^2] about the body's x, y, z; by default those of the solid shape.
+    pose
+        Instead of position and orientation, the pose (4, 4) of the frame in which the shape was authored, body to world.
     fixed
         Never moves, whatever acts on it.
     name
@@ -102,6 +105,7 @@ class PhysicalObject:
         angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
         inertia: float | Sequence[float] | None = None,
         density: float | None = None,
+        pose: Any = None,
         fixed: bool = False,
         name: str = "",
         **columns: float,
@@ -119,9 +123,14 @@ class PhysicalObject:
         self._fixed = bool(fixed)
         self._name = name
         self._columns = _check_columns(columns, label)
+        self._check_solid(mass, inertia, label)
         mass = self._mass_of(mass, density, label)
         if inertia is None:
-            inertia = (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) else shape.inertia(mass)
+            inertia = moments_of(shape, mass)
+        if pose is not None:
+            if tuple(position) != NOWHERE[0] or tuple(orientation) != NOWHERE[1]:
+                raise InvalidValueError(f"{label}: pose= and position= or orientation=: give one of them")
+            position, orientation = self._body_pose(pose, f"{label}: pose")
         if shape is not None and math.isinf(shape.reach) and not fixed:
             raise InvalidValueError(f"{label}: a {shape.kind} has no end, so it cannot move: say fixed=True")
         self._own: dict[str, Any] = {
@@ -135,12 +144,23 @@ class PhysicalObject:
         if fixed and (any(self._own["velocity"]) or any(self._own["angular_velocity"])):
             raise InvalidValueError(f"{label}: fixed=True, yet it has a velocity; what moves is not fixed")
 
+    def _check_solid(self, mass: float | None, inertia: Any, label: str) -> None:
+        """Refuse a moving object whose mass properties nobody can tell."""
+        shape = self._shape
+        if shape is not None and not shape.solid and not self._fixed and (mass is None or inertia is None):
+            raise InvalidValueError(f"{label}: {shape.why_hollow()}")
+
     def _mass_of(self, mass: float | None, density: float | None, label: str) -> float:
         if density is None:
-            return positive_mass(1.0 if mass is None else mass, f"{label}: mass")
+            natural = None if self._shape is None else self._shape.mass
+            return positive_mass((1.0 if natural is None else natural) if mass is None else mass, f"{label}: mass")
         if mass is not None:
             raise InvalidValueError(f"{label}: mass = {mass} and density = {density}: give one of them")
-        if self.shape is None or math.isinf(self.shape.volume):
+        if self._shape is not None and self._shape.mass is not None:
+            raise InvalidValueError(
+                f"{label}: density = {density}, yet the parts have densities: give one or the other"
+            )
+        if self.shape is None or math.isinf(self.shape.volume) or not self.shape.solid:
             raise InvalidValueError(f"{label}: density = {density} needs a shape with a volume; give mass")
         return positive_mass(
             positive_mass(density, f"{label}: density") * self.shape.volume, f"{label}: density * volume"
@@ -266,6 +286,29 @@ class PhysicalObject:
         self._set("orientation", quaternion(value, f"{self!r}: orientation"))
 
     @property
+    def pose(self) -> Any:
+        """Pose of the frame in which the shape was authored: a matrix (4, 4), authored to world, made anew each time.
+
+        For shapes such as spheres and boxes that is the frame of ``position`` and ``orientation``. Raises `InvalidValueError`
+        when set to a matrix with scale, shear or reflection.
+        """
+        from xpheve.orientation import compose, to_pose
+
+        own = self.position, self.orientation
+        return to_pose(*(own if self._shape is None else compose(own, self._shape.frame)))
+
+    @pose.setter
+    def pose(self, value: Any) -> None:
+        self.position, self.orientation = self._body_pose(value, f"{self!r}: pose")
+
+    def _body_pose(self, pose: Any, what: str) -> tuple[Vec, Quat]:
+        """Position and orientation of the body where the authored frame has ``pose``."""
+        from xpheve.orientation import compose, from_pose, inverse
+
+        authored = from_pose(pose, what)
+        return authored if self._shape is None else compose(authored, inverse(self._shape.frame))
+
+    @property
     def angular_velocity(self) -> Vec:
         """Angular velocity [rad/s], world frame."""
         found: Vec = self._get("angular_velocity")
@@ -383,6 +426,11 @@ def _rebuilt(
     return kind(shape, fixed=fixed, name=name, **(state | columns))
 
 
+def moments_of(shape: Shape | None, mass: float) -> Vec:
+    """Principal moments [kg m^2] that ``shape`` has by itself; zeros where it has none."""
+    return (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) or not shape.solid else shape.inertia(mass)
+
+
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
     checked = {}
     for name, value in columns.items():
@@ -405,7 +453,7 @@ def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
 
 def _near_field(name: str) -> str:
     """The property of an object that ``name`` seems to misspell, or ``""``."""
-    for known in (*FIELDS, "shape", "fixed", "density"):
+    for known in (*FIELDS, "shape", "fixed", "density", "pose"):
         if name != known and len(name) > 2 and _one_edit_apart(name, known):
             return known
     return ""

@@ -294,12 +294,11 @@ def _revive_object(entry: Header, arrays: Arrays, row: int) -> PhysicalObject:
 
     shape = None
     if entry["shape"] is not None:
-        described = dict(entry["shape"])
-        kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
-        shape = kinds[described.pop("kind")](**described)
+        shape = shapes.from_description(entry["shape"])
     values = {name: arrays[f"bodies.{name}"][:, row].tolist() for name in FIELDS}
     fixed = bool(arrays["row.fixed"][row])
-    obj = PhysicalObject(shape, name=entry["name"], fixed=fixed, **entry["columns"])
+    inertia = None if shape is None or shape.solid else (0.0, 0.0, 0.0)
+    obj = PhysicalObject(shape, name=entry["name"], fixed=fixed, mass=1.0, inertia=inertia, **entry["columns"])
     obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
     return obj
 
