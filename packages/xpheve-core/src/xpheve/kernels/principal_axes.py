@@ -39,12 +39,12 @@ def _jacobi(tensor: Rows) -> tuple[Vec, Rows]:
     """Principal values, and the axes that belong to them, as unit vectors."""
     a = [list(row) for row in tensor]
     v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]  # columns are the axes
+    least = 1e-17 * max(abs(element) for row in tensor for element in row)
     for _ in range(30):
-        off = max(abs(a[0][1]), abs(a[0][2]), abs(a[1][2]))
-        if off <= 1e-17 * max(abs(a[0][0]), abs(a[1][1]), abs(a[2][2])):
+        if max(abs(a[0][1]), abs(a[0][2]), abs(a[1][2])) <= least:
             break
         for p, q in ((0, 1), (0, 2), (1, 2)):
-            if a[p][q] == 0.0:
+            if abs(a[p][q]) <= least:
                 continue
             theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
             t = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))

@@ -22,6 +22,7 @@ class _Link:
     def __init__(self, obj: PhysicalObject, node: str, factors: Array, solid: str) -> None:
         self.obj, self.node, self.factors, self.solid = obj, node, factors, solid
         self.world: Array = np.eye(4)
+        self.wanted: Array | None = None
         self.fingerprint: Any = None
 
 
@@ -120,8 +121,13 @@ class Bridge:
         for link in self._from_above():
             wanted = link.obj.pose
             wanted[:3, :3] *= link.factors
-            if np.array_equal(wanted, world_of(self.scene, link.node)):
-                continue
+            stands = world_of(self.scene, link.node)
+            kept = (
+                link.wanted is not None and np.array_equal(wanted, link.wanted) and np.array_equal(stands, link.world)
+            )
+            if kept or np.array_equal(wanted, stands):
+                continue  # rounding of nodes above is not written again
+            link.wanted = wanted
             parent = self._parent(link.node)
             over = world_of(self.scene, parent) if parent is not None else np.eye(4)
             local = wanted if np.array_equal(over, np.eye(4)) else np.linalg.solve(over, wanted)

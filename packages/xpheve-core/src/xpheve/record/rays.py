@@ -117,14 +117,12 @@ def _fill(
     y = low[group, 1, None, None] + np.arange(span[1])[None, :, None]
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (corners[group, k].T[:, :, None, None] for k in range(3))
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
-        v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+    area = np.where(np.abs(area) > 1e-12, area, np.nan)  # seen on edge
+    u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+    v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
     inside = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9)
     inside &= (x <= high[group, 0, None, None]) & (y <= high[group, 1, None, None])
     k, j, i = np.nonzero(inside)
-    if not len(k):
-        return
     distance = (az + u * (bz - az) + v * (cz - az))[k, j, i]
     column, row = x[k, 0, i], y[k, j, 0]
     order = np.argsort(-distance, kind="stable")  # of those on one pixel, the last written is the nearest
