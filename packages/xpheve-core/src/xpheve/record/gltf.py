@@ -65,8 +65,10 @@ class _Document:
             root["rotation"] = turn
         self.nodes: list[Table] = [root]
         names: set[str] = {"scene"}
-        for k, row in enumerate(record.objects):
-            self._object(row, k, names)
+        moving = 0
+        for row in record.objects:
+            self._object(row, FIXED if row["fixed"] else COLOURS[moving % len(COLOURS)], names)
+            moving += not row["fixed"]
         if not root["children"]:
             del root["children"]
 
@@ -76,7 +78,7 @@ class _Document:
         places = places[np.isfinite(places).all(axis=1)]
         return 1.5 * max(float(np.ptp(places, axis=0).max()) if len(places) else 0.0, 1.0)
 
-    def _object(self, row: Table, k: int, names: set[str]) -> None:
+    def _object(self, row: Table, colour: str, names: set[str]) -> None:
         track = self.record[int(row["serial"])]
         whole = np.isfinite(track.position).all(axis=1) & np.isfinite(track.orientation).all(axis=1)
         if not whole.any():
@@ -87,7 +89,7 @@ class _Document:
             name += "'"
         names.add(name)
         node: Table = {"name": name, "translation": _numbers(places[0]), "rotation": _numbers(_xyzw(turns[:1])[0])}
-        mesh = self._mesh(row, FIXED if row["fixed"] else COLOURS[k % len(COLOURS)])
+        mesh = self._mesh(row, colour)
         if mesh is not None:
             node["mesh"] = mesh
         self.nodes[0]["children"].append(len(self.nodes))
