@@ -45,7 +45,7 @@ def test_wrong_usage_is_told_with_2(call: Call, scene: Path) -> None:
         (["run", scene, "--dt", "0"], '"0": a number above 0 is needed'),
         (["run", scene, "--rtol", "x"], '"x": a number is needed'),
         (["run", scene, "--out", scene], "this is a file; give a folder, or a record that ends in .arrow"),
-        (["export", "run.arrow", "out.xyz"], "its ending says nothing; give --to csv|parquet|plot|html|gif"),
+        (["export", "run.arrow", "out.xyz"], "its ending says nothing; give --to csv|parquet|plot|html|gif|glb"),
         (["export", "run.arrow", "out.csv", "--to", "gif"], "with --to gif, its name ends in .gif"),
         (["manifest"], "which PACK? Installed: basic, collision"),
         (["manifest", "basic", "--write", "--check"], "--write and --check: give one of them"),

@@ -14,7 +14,7 @@ from xpheve.scene import load, loads, model, source
 HEAD = "xpheve = 1\n"
 BALL = HEAD + '[[objects]]\nname = "ball"\n'
 KEYS = (
-    "Keys here: name, shape, mass, density, position, velocity, orientation, angular_velocity, inertia, fixed, driven, arrival, "
+    "Keys here: name, shape, mass, density, position, velocity, orientation, pose, angular_velocity, inertia, fixed, driven, arrival, "
     "columns, laws, forces"
 )
 
@@ -42,7 +42,7 @@ BAD = {
     "unknown shape": (
         BALL + 'shape = { kind = "spere", radius = 1 }',
         's:4: object "ball": shape.kind = "spere": no shape is called so. Did you mean "sphere"? '
-        "Shapes: sphere, box, capsule, plane, or a pack's id",
+        "Shapes: sphere, box, capsule, plane, compound, hull, mesh, or a pack's id",
     ),
     "shape without kind": (
         BALL + "shape = { radius = 1 }",

@@ -90,6 +90,10 @@ class SceneError(XpheveError, ValueError):
     """A scene file that is wrong: place, value and way out."""
 
 
+class MeshError(XpheveError, ValueError):
+    """A mesh file, or a node of a scene graph, that cannot be used."""
+
+
 class RecordError(XpheveError):
     """A record or checkpoint that cannot be read."""
 
@@ -100,3 +104,11 @@ class XpheveWarning(UserWarning):
 
 class OrderWarning(XpheveWarning):
     """Two laws that set the same thing of one object at one event, with no order between them."""
+
+
+class MeshWarning(XpheveWarning):
+    """A mesh that was mended: ``what`` it was, and ``repairs``, a sentence each."""
+
+    def __init__(self, what: str, repairs: tuple[str, ...]) -> None:
+        super().__init__(f"{what}: {'; '.join(repairs)}")
+        self.what, self.repairs = what, repairs

@@ -21,6 +21,7 @@ FIXED_STAYS = (
 )
 """Why ``fixed`` is not set live, and what is there instead."""
 
+NOWHERE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 FIELDS = ("position", "velocity", "orientation", "angular_velocity", "mass", "inertia")
 
 
@@ -80,7 +81,7 @@ class PhysicalObject:
     shape
         A `xpheve.shapes.Shape`, or None for a point.
     mass, density
-        Mass [kg], default 1; or density [kg/m^3] of the shape.
+        Mass [kg], default that of densities given to parts, or 1; or density [kg/m^3] of the shape.
     position, velocity
         Of the centre of mass [m], [m/s]; shape (3,), world frame.
     orientation
@@ -89,6 +90,8 @@ class PhysicalObject:
         [rad/s], shape (3,), world frame.
     inertia
         Principal moments [kg m^2] about the body's x, y, z; by default those of the solid shape.
+    pose
+        Instead of position and orientation, the pose (4, 4) of the frame in which the shape was authored, body to world.
     fixed
         Never moves, whatever acts on it.
     name
@@ -136,6 +139,7 @@ class PhysicalObject:
         angular_velocity: Sequence[float] = (0.0, 0.0, 0.0),
         inertia: float | Sequence[float] | None = None,
         density: float | None = None,
+        pose: Any = None,
         fixed: bool = False,
         name: str = "",
         **columns: float,
@@ -154,10 +158,15 @@ class PhysicalObject:
         self._driven = False
         self._name = name
         self._columns = _check_columns(columns, label)
+        self._check_solid(mass, inertia, label)
         mass = self._mass_of(mass, density, label)
         self._density = None if density is None else float(density)
         if inertia is None:
-            inertia = solid_inertia(shape, mass)
+            inertia = moments_of(shape, mass)
+        if pose is not None:
+            if tuple(position) != NOWHERE[0] or tuple(orientation) != NOWHERE[1]:
+                raise InvalidValueError(f"{label}: pose= and position= or orientation=: give one of them")
+            position, orientation = self._body_pose(pose, f"{label}: pose")
         if shape is not None and math.isinf(shape.reach) and not fixed:
             raise InvalidValueError(f"{label}: a {shape.kind} has no end, so it cannot move: say fixed=True")
         self._own: dict[str, Any] = {
@@ -171,12 +180,23 @@ class PhysicalObject:
         if fixed and (any(self._own["velocity"]) or any(self._own["angular_velocity"])):
             raise InvalidValueError(f"{label}: fixed=True, yet it has a velocity; what moves is not fixed")
 
+    def _check_solid(self, mass: float | None, inertia: Any, label: str) -> None:
+        """Refuse a moving object whose mass properties nobody can tell."""
+        shape = self._shape
+        if shape is not None and not shape.solid and not self._fixed and (mass is None or inertia is None):
+            raise InvalidValueError(f"{label}: {shape.why_hollow()}")
+
     def _mass_of(self, mass: float | None, density: float | None, label: str) -> float:
         if density is None:
-            return positive_mass(1.0 if mass is None else mass, f"{label}: mass")
+            natural = None if self._shape is None else self._shape.mass
+            return positive_mass((1.0 if natural is None else natural) if mass is None else mass, f"{label}: mass")
         if mass is not None:
             raise InvalidValueError(f"{label}: mass = {mass} and density = {density}: give one of them")
-        if self.shape is None or math.isinf(self.shape.volume):
+        if self._shape is not None and self._shape.mass is not None:
+            raise InvalidValueError(
+                f"{label}: density = {density}, yet the parts have densities: give one or the other"
+            )
+        if self.shape is None or math.isinf(self.shape.volume) or not self.shape.solid:
             raise InvalidValueError(f"{label}: density = {density} needs a shape with a volume; give mass")
         return positive_mass(
             positive_mass(density, f"{label}: density") * self.shape.volume, f"{label}: density * volume"
@@ -323,6 +343,29 @@ class PhysicalObject:
     @orientation.setter
     def orientation(self, value: Sequence[float]) -> None:
         self._set("orientation", quaternion(value, f"{self!r}: orientation"))
+
+    @property
+    def pose(self) -> Any:
+        """Pose of the frame in which the shape was authored: a matrix (4, 4), authored to world, made anew each time.
+
+        For shapes such as spheres and boxes that is the frame of ``position`` and ``orientation``. Raises `InvalidValueError`
+        when set to a matrix with scale, shear or reflection.
+        """
+        from xpheve.orientation import compose, to_pose
+
+        own = self.position, self.orientation
+        return to_pose(*(own if self._shape is None else compose(own, self._shape.frame)))
+
+    @pose.setter
+    def pose(self, value: Any) -> None:
+        self.position, self.orientation = self._body_pose(value, f"{self!r}: pose")
+
+    def _body_pose(self, pose: Any, what: str) -> tuple[Vec, Quat]:
+        """Position and orientation of the body where the authored frame has ``pose``."""
+        from xpheve.orientation import compose, from_pose, inverse
+
+        authored = from_pose(pose, what)
+        return authored if self._shape is None else compose(authored, inverse(self._shape.frame))
 
     @property
     def angular_velocity(self) -> Vec:
@@ -526,11 +569,6 @@ def _rebuilt(
     return found
 
 
-def solid_inertia(shape: Shape | None, mass: float) -> Vec:
-    """Principal moments [kg m^2] of the solid ``shape``; 0 for a point, and for what has no end."""
-    return (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) else shape.inertia(mass)
-
-
 def mass_with(obj: PhysicalObject, shape: Shape | None) -> float:
     """The mass [kg] of ``obj`` with ``shape``: by its density if it was given one, else the mass it has."""
     if obj._density is None:
@@ -545,9 +583,14 @@ def mass_with(obj: PhysicalObject, shape: Shape | None) -> float:
 
 def inertia_with(obj: PhysicalObject, shape: Shape | None, mass: float) -> Vec:
     """The moments [kg m^2] of ``obj`` with ``shape``: those of the solid if they were so, else the ones it has."""
-    if obj.inertia != solid_inertia(obj.shape, obj.mass):
+    if obj.inertia != moments_of(obj.shape, obj.mass):
         return obj.inertia
-    return principal_moments(solid_inertia(shape, mass), f"{obj!r}: inertia of {shape!r}")
+    return principal_moments(moments_of(shape, mass), f"{obj!r}: inertia of {shape!r}")
+
+
+def moments_of(shape: Shape | None, mass: float) -> Vec:
+    """Principal moments [kg m^2] that ``shape`` has by itself; zeros where it has none."""
+    return (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) or not shape.solid else shape.inertia(mass)
 
 
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
@@ -572,7 +615,7 @@ def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
 
 def _near_field(name: str) -> str:
     """The property of an object that ``name`` seems to misspell, or ``""``."""
-    for known in (*FIELDS, "shape", "fixed", "density"):
+    for known in (*FIELDS, "shape", "fixed", "density", "pose"):
         if name != known and len(name) > 2 and _one_edit_apart(name, known):
             return known
     return ""

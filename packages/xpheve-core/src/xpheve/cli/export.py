@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "plot": ".png", "html": ".html", "gif": ".gif"}
+SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "plot": ".png", "html": ".html", "gif": ".gif", "glb": ".glb"}
 
 
 @click.command("export", short_help="Make tables, plots and animations of a record.")
@@ -15,7 +15,7 @@ SUFFIXES = {"csv": ".csv", "parquet": ".parquet", "plot": ".png", "html": ".html
 @click.option("--to", "form", type=click.Choice(list(SUFFIXES)), help="By default as the ending of OUT says.")
 @click.option("--frames", type=click.IntRange(min=1), default=120, show_default=True, help="Pictures of an animation.")
 def command(record: Path, out: Path, form: str | None, frames: int) -> None:
-    """Write RECORD (an .arrow file, or a run's folder) to OUT, as a table, a plot or an animation."""
+    """Write RECORD (an .arrow file, or a run's folder) to OUT, as a table, a plot, an animation, or animated glTF."""
     suffix = out.suffix.lower()
     if form is None:
         form = next((name for name, end in SUFFIXES.items() if end == suffix), None)
@@ -35,6 +35,8 @@ def command(record: Path, out: Path, form: str | None, frames: int) -> None:
         found.to_parquet(out)
     elif form == "plot":
         found.plot(out)
+    elif form == "glb":
+        found.export_glb(out)
     else:
         found.animate(out, frames=frames)
     click.echo(f"{out}: {len(found)} frames")

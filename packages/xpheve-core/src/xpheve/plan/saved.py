@@ -321,12 +321,7 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
 def _revive_shape(entry: Header) -> Shape | None:
     from xpheve import shapes
 
-    if entry["shape"] is None:
-        return None
-    described = dict(entry["shape"])
-    kinds = {kind.kind: kind for kind in (shapes.Sphere, shapes.Box, shapes.Capsule, shapes.Plane)}
-    found: Shape = kinds[described.pop("kind")](**described)
-    return found
+    return None if entry["shape"] is None else shapes.from_description(entry["shape"])
 
 
 def _revive_object(
@@ -336,7 +331,9 @@ def _revive_object(
     fixed = bool(arrays["row.fixed"][row])
     kind = class_of(entry)
     obj = kind.__new__(kind)  # a subclass may ask its __init__ for anything
-    PhysicalObject.__init__(obj, _revive_shape(entry), name=entry["name"], fixed=fixed, **entry["columns"])
+    shape = _revive_shape(entry)
+    inertia = None if shape is None or shape.solid else (0.0, 0.0, 0.0)
+    PhysicalObject.__init__(obj, shape, name=entry["name"], fixed=fixed, mass=1.0, inertia=inertia, **entry["columns"])
     obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
     return obj
 

@@ -78,6 +78,7 @@ def _object(engine: Any, obj: PhysicalObject) -> dict[str, Any]:
         "name": obj.name,
         "shape": None if obj.shape is None else obj.shape.describe(),
         "fixed": obj.fixed,
+        "density": obj._density,
         "state": {name: encode(engine, obj._own[name]) for name in FIELDS},
         "columns": obj.columns,
     }
@@ -184,7 +185,10 @@ class Decoder:
             f"bodies.{name}": np.array(self(value), dtype=float).reshape(-1, 1)
             for name, value in given["state"].items()
         }
-        return _revive_object(given, arrays | {"row.fixed": np.array([given["fixed"]])}, 0)
+        fixed = {"row.fixed": np.array([given["fixed"]])}
+        obj = _revive_object(given, arrays | fixed, 0, lambda entry: PhysicalObject)
+        obj._density = given["density"]
+        return obj
 
     def _new_law(self, given: Any) -> PhysicalLaw:
         between = {} if given["between"] is None else {"between": self(given["between"])}

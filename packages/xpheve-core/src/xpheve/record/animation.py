@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import io
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from html import escape
 from itertools import pairwise
 from pathlib import Path
@@ -20,6 +20,7 @@ from xpheve.errors import RecordError
 from xpheve.record.frame import FloatArray, Frame
 from xpheve.record.paths import aside, writable
 from xpheve.record.picture import COLOURS, FIXED, WAY_OUT, evenly, is_plane, matrix_of, paths_of, plane_of, up_of
+from xpheve.record.rays import hit_of, reach_of
 from xpheve.record.record import Record
 
 _FINE = 2  # rays a pixel, along each axis; smooths edges
@@ -82,7 +83,7 @@ class _Scene:
         self.paths = paths_of(record, numbers, serials)
         known = np.isfinite(self.paths).all(axis=2)
         points = self.paths[known] if known.any() else np.zeros((1, 3))
-        reach = np.broadcast_to(np.array([_reach(row["shape"]) for row in bodies]), known.shape)[known]
+        reach = np.broadcast_to(np.array([reach_of(row["shape"]) for row in bodies]), known.shape)[known]
         if not len(reach):
             reach = np.ones(1)
         self.right, self.top, self.towards = _camera(points, self.up)
@@ -123,7 +124,7 @@ class _Scene:
         bodies = [(row, at, turn) for row, at, turn, _ in alive if not is_plane(row)]
         for plane in planes if len(bodies) <= _SHADOWS else ():
             self._shade(image, depth, plane, bodies)
-        small = [_reach(row["shape"]) * self.scale <= _SMALL * _FINE for row, _, _ in bodies]
+        small = [reach_of(row["shape"]) * self.scale <= _SMALL * _FINE for row, _, _ in bodies]
         for (row, at, turn), is_small in zip(bodies, small, strict=True):
             if not is_small:
                 self._put(image, depth, row, at, turn)
@@ -190,13 +191,13 @@ class _Scene:
             height = float((at - point) @ normal) / float(normal @ self.up)
             if height < 0:
                 continue
-            reach = max(_reach(row["shape"]), _DOT * _FINE / self.scale)
+            reach = max(reach_of(row["shape"]), _DOT * _FINE / self.scale)
             foot = at - height * self.up
             rows, columns = self._window(foot, reach * 1.5)
             if rows.start >= rows.stop or columns.start >= columns.stop:
                 continue
             where, far = self._hits(point, normal, rows, columns)
-            hit, _ = _shape_of(row["shape"], reach)((where - at) @ turn, self.up @ turn)
+            hit, _ = hit_of(row["shape"], reach)((where - at) @ turn, self.up @ turn)
             dark = np.isfinite(hit) & (np.abs(far - depth[rows, columns]) < 1e-6 * self.extent)
             image[rows, columns][dark] *= 0.80
 
@@ -220,14 +221,14 @@ class _Scene:
     def _put(self, image: Any, depth: Any, row: dict[str, Any], at: FloatArray, turn: FloatArray) -> None:
         """Draw one body where it is in front."""
         least = _DOT * _FINE / self.scale
-        reach = max(_reach(row["shape"]), least)
+        reach = max(reach_of(row["shape"]), least)
         rows, columns = self._window(at, reach)
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return
         x, y = self.columns[columns][None, :, None], self.lines[rows][:, None, None]
         start = self.centre + x * self.right + y * self.top
         start = start + (float(at @ self.towards) + 2 * reach - start @ self.towards)[..., None] * self.towards
-        hit, normal = _shape_of(row["shape"], least)((start - at) @ turn, -self.towards @ turn)
+        hit, normal = hit_of(row["shape"], least)((start - at) @ turn, -self.towards @ turn)
         near = (start @ self.towards) - hit
         seen = np.isfinite(hit) & (near > depth[rows, columns])
         if not seen.any():
@@ -247,7 +248,7 @@ class _Scene:
         if not bodies:
             return
         at = np.array([at for _, at, _ in bodies]) - self.centre
-        radius = np.maximum([_reach(row["shape"]) * self.scale for row, _, _ in bodies], _DOT * _FINE).round()
+        radius = np.maximum([reach_of(row["shape"]) * self.scale for row, _, _ in bodies], _DOT * _FINE).round()
         colour = np.array([self.colours[int(row["serial"])] for row, _, _ in bodies], dtype=np.float64)
         near = (at + self.centre) @ self.towards
         order = np.argsort(near, kind="stable")  # of those on one pixel, the last written is the nearest
@@ -281,78 +282,6 @@ class _Scene:
         half = min(half, 1e7)
         rows = slice(max(int(y - half), 0), min(int(y + half) + 1, self.height))
         return rows, slice(max(int(x - half), 0), min(int(x + half) + 1, self.width))
-
-
-# Shapes: how far along a ray from ``start`` (h, w, 3) in direction ``way`` (3,), both in the body's frame, the first
-# hit is, shape (h, w), NaN for a miss; and the outward normals there, (h, w, 3).
-
-_Hit = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-
-
-def _sphere(radius: float) -> _Hit:
-    def hit(start: FloatArray, way: FloatArray) -> tuple[FloatArray, FloatArray]:
-        far = _sphere_at(start, way, radius)
-        return far, (start + far[..., None] * way) / radius
-
-    return hit
-
-
-def _sphere_at(start: FloatArray, way: FloatArray, radius: float) -> FloatArray:
-    half = start @ way
-    room = half * half - ((start * start).sum(axis=-1) - radius * radius)
-    return np.asarray(-half - np.sqrt(np.where(room >= 0, room, np.nan)))
-
-
-def _box(size: FloatArray) -> _Hit:
-    def hit(start: FloatArray, way: FloatArray) -> tuple[FloatArray, FloatArray]:
-        slope = np.where(np.abs(way) < 1e-12, 1e-12, way)
-        enter = (-np.sign(slope) * size / 2 - start) / slope
-        leave = (np.sign(slope) * size / 2 - start) / slope
-        axis = enter.argmax(axis=-1)
-        far = enter.max(axis=-1)
-        far = np.where((far <= leave.min(axis=-1)), far, np.nan)
-        return far, np.eye(3)[axis] * -np.sign(slope)
-
-    return hit
-
-
-def _capsule(radius: float, length: float) -> _Hit:
-    def hit(start: FloatArray, way: FloatArray) -> tuple[FloatArray, FloatArray]:
-        a = float(way[:2] @ way[:2]) or 1e-300
-        half = start[..., :2] @ way[:2]
-        room = half * half - a * ((start[..., :2] ** 2).sum(axis=-1) - radius * radius)
-        side = (-half - np.sqrt(np.where(room >= 0, room, np.nan))) / a
-        side = np.where(np.abs(start[..., 2] + side * way[2]) <= length / 2, side, np.nan)
-        ends = [_sphere_at(start - [0, 0, z], way, radius) for z in (-length / 2, length / 2)]
-        far = np.fmin(side, np.fmin(*ends))
-        where = start + far[..., None] * way
-        core = np.zeros_like(where)
-        core[..., 2] = np.clip(where[..., 2], -length / 2, length / 2)
-        return far, (where - core) / radius
-
-    return hit
-
-
-def _shape_of(shape: dict[str, Any] | None, least: float) -> _Hit:
-    """How to meet a shape; of kinds unknown here, a sphere that holds it."""
-    kind = (shape or {}).get("kind")
-    reach = _reach(shape)
-    if shape is None or reach < least:
-        return _sphere(least)
-    if kind == "box":
-        return _box(np.asarray(shape["size"], dtype=np.float64))
-    if kind == "capsule":
-        return _capsule(float(shape["radius"]), float(shape["length"]))
-    return _sphere(reach)
-
-
-def _reach(shape: dict[str, Any] | None) -> float:
-    """Radius [m] about the centre that holds a shape; 0 if there is none to tell."""
-    if not shape:
-        return 0.0
-    if "size" in shape:
-        return 0.5 * float(np.linalg.norm(shape["size"]))
-    return float(shape.get("radius", 0.0)) + 0.5 * float(shape.get("length", 0.0))
 
 
 def _camera(points: FloatArray, up: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -210,6 +210,15 @@ class Record:
 
         return animate(self, path, frames=frames, size=size)
 
+    def export_glb(self, path: str | os.PathLike[str]) -> Path:
+        """Write the motion as animated glTF 2.0, for standard viewers and modellers. A file of this name is replaced.
+
+        Every frame becomes a key; in between viewers go straight. Times begin at 0; glTF's y is the scene's up.
+        """
+        from xpheve.record.gltf import export_glb
+
+        return export_glb(self, path)
+
     def _column(self, name: str) -> FloatArray:
         count = len(self.serial)
         return self._flat(name).reshape(len(self), count, -1 if count and len(self) else self._flat(name).shape[1])

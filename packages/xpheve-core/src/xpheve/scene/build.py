@@ -7,7 +7,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -24,13 +24,13 @@ from xpheve.scene.names import Names
 from xpheve.scene.paths import inside
 from xpheve.scene.quantities import number
 from xpheve.scene.source import Path_, Source, clip, read_source, show
-from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
+from xpheve.shapes import CORE as CORE_SHAPES
+from xpheve.shapes import Compound, Hull, Part, Plane, Shape
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
     from xpheve.plugins.registry import Registry
 
-CORE_SHAPES: dict[str, type[Shape]] = {"sphere": Sphere, "box": Box, "capsule": Capsule, "plane": Plane}
 assert CORE_SHAPES.keys() == SHAPES.keys()
 
 CONDITIONS: dict[str, type[conditions.Condition]] = {
@@ -106,6 +106,7 @@ class SceneFile:
         self.source = source
         self.table = check_scene(source)
         self.run: RunTable = self.table.run
+        self.folder, self.allow_outside = folder, allow_outside
         self.record: Path | None = None
         if self.run.record is not None:
             try:
@@ -125,7 +126,11 @@ class SceneFile:
 
         Raises `SceneError`, also for what a pack finds wrong.
         """
-        return _Building(self.source, self.table, registry, disable, on_law_error, without).engine
+
+        def place(text: str) -> Path:
+            return inside(self.folder, text, allow_outside=self.allow_outside)
+
+        return _Building(self.source, self.table, registry, disable, on_law_error, without, place).engine
 
 
 class _Building:
@@ -139,8 +144,11 @@ class _Building:
         disable: Sequence[str],
         on_law_error: str,
         without: Sequence[str],
+        place: Callable[[str], Path],
     ) -> None:
         self.source = source
+        self.place_of = place
+        self.files: dict[tuple[Any, ...], Shape] = {}
         self.table = table
         self.law_names = self._names("laws")
         self.object_names = self._names("objects")
@@ -381,6 +389,7 @@ class _Building:
                 position=table.position,
                 velocity=table.velocity,
                 orientation=table.orientation,
+                pose=table.pose,
                 angular_velocity=table.angular_velocity,
                 inertia=table.inertia,
                 fixed=table.fixed,
@@ -390,6 +399,10 @@ class _Building:
         return obj
 
     def _shape(self, table: Any, path: Path_) -> Shape:
+        if table.kind == "compound":
+            return self._compound(table, path)
+        if table.kind in ("hull", "mesh"):
+            return self._polyhedron(table, path)
         given = {key: getattr(table, key) for key in type(table).model_fields if key != "kind"}
         if table.kind in CORE_SHAPES:
             kind: type[Shape] = CORE_SHAPES[table.kind]
@@ -403,6 +416,47 @@ class _Building:
             if abs(math.fsum(x * x for x in table.normal) - 1.0) <= UNIT_LENGTH:
                 shape.normal = table.normal
         return shape
+
+    def _compound(self, table: Any, path: Path_) -> Shape:
+        parts = []
+        for k, one in enumerate(table.parts):
+            where = (*path, "parts", k)
+            shape = self._shape(one.shape, (*where, "shape"))
+            with self._blame(where):
+                parts.append(Part(shape, one.position, one.orientation, one.density, pose=one.pose))
+        with self._blame(path):
+            return Compound(parts)
+
+    def _polyhedron(self, table: Any, path: Path_) -> Shape:
+        given = {key: value for key in type(table).model_fields if (value := getattr(table, key)) is not None}
+        kind = CORE_SHAPES[given.pop("kind")]
+        if table.file is None:
+            scale = given.pop("scale", None)
+            needed = ("points",) if kind is Hull else ("vertices", "faces")
+            missing = [key for key in needed if key not in given]
+            if missing:
+                raise self.source.error(path, f'the key {missing[0]} is missing; or name a mesh file, file = "..."')
+            with self._blame(path):
+                made = kind(**given)
+                return made if scale is None else made.scaled(scale)
+        extra = sorted(given.keys() - {"file", "solid", "scale"})
+        if extra:
+            raise self.source.error((*path, extra[0]), "this stands in the file already; give one or the other")
+        key = (table.kind, table.file, given.get("solid", ""), table.scale)
+        if key not in self.files:
+            self.files[key] = self._from_file(kind, *key[1:], path=(*path, "file"))
+        return self.files[key]
+
+    def _from_file(self, kind: type[Shape], file: str, solid: str, scale: float | None, *, path: Path_) -> Shape:
+        from xpheve import meshes
+
+        try:
+            target = self.place_of(file)
+        except SceneError as wrong:
+            raise self.source.wrong(path, str(wrong)) from None
+        with self._blame(path):
+            made = meshes.load(target, solid=solid, scale=scale or 1.0)
+            return Hull(meshes.points_of(made)) if kind is Hull else made
 
     def _columns(self, place: int, table: ObjectTable) -> dict[str, float]:
         found: dict[str, float] = {}
@@ -489,9 +543,11 @@ def _plain(value: Any, kind: str) -> Any:
 def _keep_bits(obj: PhysicalObject, table: ObjectTable) -> None:
     """Give ``obj`` the very bits of the file: signs of zeros, and a unit quaternion as a run left it."""
     own = obj._own
-    for name in ("position", "velocity", "angular_velocity"):
+    for name in (
+        ("velocity", "angular_velocity") if table.pose is not None else ("position", "velocity", "angular_velocity")
+    ):
         own[name] = getattr(table, name)
     if isinstance(table.inertia, tuple):
         own["inertia"] = table.inertia
-    if abs(math.fsum(x * x for x in table.orientation) - 1.0) <= UNIT_LENGTH:
+    if table.pose is None and abs(math.fsum(x * x for x in table.orientation) - 1.0) <= UNIT_LENGTH:
         own["orientation"] = table.orientation

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, Validatio
 from pydantic_core import core_schema
 
 from xpheve.errors import SceneError
+from xpheve.orientation import from_axis_angle, from_euler, from_pose
 from xpheve.plugins.spec import ParamSpec, json_schema_of
 from xpheve.plugins.suggest import closest
 from xpheve.scene.quantities import Vec, number, numbers
@@ -120,6 +121,49 @@ def _columns(value: Any) -> dict[str, Any]:
     return value
 
 
+def _rows(value: Any, kinds: tuple[type, ...], wanted: str) -> Any:
+    """Rows of three numbers, or the text that stands for many of them; what they mean is checked with the shape."""
+    if isinstance(value, str) and value.startswith("base64:"):
+        return value
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"{wanted} are needed")
+    for k, row in enumerate(value):
+        if not isinstance(row, list) or len(row) != 3:
+            raise ValueError(f"{wanted} are needed; row {k + 1} is {show(row)}")
+        if any(isinstance(one, bool) or not isinstance(one, kinds) for one in row):
+            raise ValueError(f"{wanted} are needed; row {k + 1} is {show(row)}")
+    return value
+
+
+def _places(value: Any) -> Any:
+    return _rows(value, (int, float), "places, lists of three numbers in m,")
+
+
+def _triangles(value: Any) -> Any:
+    return _rows(value, (int,), "triangles, lists of three whole numbers from 0 up,")
+
+
+def _orientation(value: Any) -> tuple[float, ...]:
+    """A quaternion, an axis and an angle, or three turns about x, y, z."""
+    if not isinstance(value, dict):
+        return numbers(value, "1", 4)
+    if value.keys() == {"axis", "angle"}:
+        return from_axis_angle(numbers(value["axis"], "1", 3), number(value["angle"], "rad"))
+    if value.keys() in ({"euler"}, {"euler", "order"}):
+        return from_euler(numbers(value["euler"], "rad", 3), value.get("order", "xyz"))
+    raise ValueError(
+        'a quaternion [w, x, y, z], { axis = [...], angle = ... } or { euler = [...], order = "xyz" } is needed'
+    )
+
+
+def _pose(value: Any) -> tuple[tuple[float, ...], ...]:
+    if not isinstance(value, list) or len(value) != 4 or not all(isinstance(row, list) for row in value):
+        raise ValueError("four rows of four numbers are needed")
+    found = tuple(numbers(row, "1", 4) for row in value)
+    from_pose(found)
+    return found
+
+
 class Checked:
     """Tells pydantic to take values as ``check`` makes them, and to describe them by ``schema``."""
 
@@ -150,6 +194,7 @@ def quantities(unit: str, count: int = 3) -> Checked:
     return Checked(lambda value: numbers(value, unit, count), schema)
 
 
+_MANY = {"anyOf": [{"type": "array", "items": {"type": "array", "items": {"type": "number"}}}, {"type": "string"}]}
 _LIST_OF_TEXT: dict[str, Any] = {"type": "array", "items": {"type": "string"}}
 _TEXT_OR_LIST = {"anyOf": [{"type": "string"}, _LIST_OF_TEXT]}
 _QUANTITY = json_schema_of(ParamSpec("", "number"))["anyOf"]
@@ -162,6 +207,10 @@ Sides = tuple[tuple[str, ...], tuple[str, ...]]
 Between = Annotated[Sides, Checked(_sides, {"type": "array", "items": _TEXT_OR_LIST, "minItems": 2, "maxItems": 2})]
 Switch = Annotated[bool, Checked(_switch, {"type": "boolean"})]
 Seed = Annotated[int, Checked(_seed, {"type": "integer", "minimum": 0, "maximum": (1 << 63) - 1})]
+Places = Annotated[Any, Checked(_places, _MANY)]
+Triangles = Annotated[Any, Checked(_triangles, _MANY)]
+Orientation = Annotated[tuple[float, float, float, float], Checked(_orientation, {"type": ["array", "object"]})]
+Pose = Annotated[Any, Checked(_pose, {"type": "array", "minItems": 4, "maxItems": 4})]
 Length = Annotated[float, quantity("m", _positive, gt=0.0)]
 Time = Annotated[float, quantity("s", _positive, gt=0.0)]
 Tolerance = Annotated[float, quantity("1", _positive, gt=0.0)]
@@ -208,6 +257,44 @@ class PlaneTable(Table):
     offset: Annotated[float, quantity("m")] = 0.0
 
 
+class HullTable(Table):
+    """The convex hull of points; or of what a mesh file beside the scene holds."""
+
+    kind: Literal["hull"]
+    points: Places | None = None
+    faces: Triangles | None = None
+    file: str | None = None
+    scale: Annotated[float, quantity("1", _positive, gt=0.0)] | None = None
+
+
+class MeshTable(Table):
+    """Triangles, written out or in a mesh file beside the scene (GLB, glTF, OBJ, STL, PLY), ``scale`` times as large."""
+
+    kind: Literal["mesh"]
+    vertices: Places | None = None
+    faces: Triangles | None = None
+    solid: Literal["hull", "none"] | None = None
+    file: str | None = None
+    scale: Annotated[float, quantity("1", _positive, gt=0.0)] | None = None
+
+
+class PartTable(Table):
+    """A shape of a compound, and where it is: its centre of mass and principal axes, or the frame it was authored in."""
+
+    shape: AnyShape
+    position: Annotated[Vec, quantities("m")] = (0.0, 0.0, 0.0)
+    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
+    pose: Pose | None = None
+    density: Annotated[float, quantity("kg/m^3", _positive, gt=0.0)] | None = None
+
+
+class CompoundTable(Table):
+    """Several shapes that move as one."""
+
+    kind: Literal["compound"]
+    parts: list[PartTable]
+
+
 class PackShapeTable(BaseModel):
     """A shape of a pack, by its id; the other keys are its own parameters."""
 
@@ -220,6 +307,9 @@ SHAPES: dict[str, type[BaseModel]] = {
     "box": BoxTable,
     "capsule": CapsuleTable,
     "plane": PlaneTable,
+    "compound": CompoundTable,
+    "hull": HullTable,
+    "mesh": MeshTable,
 }
 
 
@@ -235,9 +325,14 @@ AnyShape = Annotated[
     | Annotated[BoxTable, Tag("box")]
     | Annotated[CapsuleTable, Tag("capsule")]
     | Annotated[PlaneTable, Tag("plane")]
+    | Annotated[CompoundTable, Tag("compound")]
+    | Annotated[HullTable, Tag("hull")]
+    | Annotated[MeshTable, Tag("mesh")]
     | Annotated[PackShapeTable, Tag("pack")],
     Discriminator(_shape_tag),
 ]
+PartTable.model_rebuild()
+CompoundTable.model_rebuild()
 
 
 class ForceTable(Table):
@@ -266,7 +361,8 @@ class ObjectTable(Table):
     density: Annotated[float, quantity("kg/m^3", _positive, gt=0.0)] | None = None
     position: Annotated[Vec, quantities("m")] = (0.0, 0.0, 0.0)
     velocity: Annotated[Vec, quantities("m/s")] = (0.0, 0.0, 0.0)
-    orientation: Annotated[tuple[float, float, float, float], quantities("1", 4)] = (1.0, 0.0, 0.0, 0.0)
+    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
+    pose: Pose | None = None
     angular_velocity: Annotated[Vec, quantities("rad/s")] = (0.0, 0.0, 0.0)
     inertia: Inertia | None = None
     fixed: Switch = False
@@ -424,6 +520,7 @@ def keys_of(path: Path_, source: Source) -> list[str]:
         "objects": ObjectTable,
         "forces": ForceTable,
         "arrival": ArrivalTable,
+        "parts": PartTable,
     }
     last = names[-1] if names else ""
     if last == "shape":

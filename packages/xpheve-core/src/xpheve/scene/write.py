@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.kernels.clock import elapsed
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
-from xpheve.objects import PhysicalObject
+from xpheve.objects import PhysicalObject, moments_of
 from xpheve.scene.names import Names
 from xpheve.scene.source import form_of, show
 
@@ -267,13 +267,14 @@ class _Tables:
             self._warn_of_class(obj, label)
         mass = obj.mass
         density = obj._density
+        natural = 1.0 if obj.shape is None or obj.shape.mass is None else obj.shape.mass
         if density is not None and obj.shape is not None and density * obj.shape.volume == mass:
             table["density"] = density
-        elif not obj.fixed or mass != 1.0:
+        elif not obj.fixed or mass != natural:
             table["mass"] = mass
         inertia = obj.inertia
-        solid = (0.0, 0.0, 0.0) if obj.shape is None or math.isinf(obj.shape.reach) else obj.shape.inertia(mass)
-        if not _same_bits(inertia, solid):
+        hollow = obj.shape is not None and not obj.shape.solid and not obj.fixed
+        if hollow or not _same_bits(inertia, moments_of(obj.shape, mass)):
             table["inertia"] = list(inertia)
         still = (0.0, 0.0, 0.0)
         for name, usual in (
@@ -318,7 +319,7 @@ class _Tables:
         return isinstance(law, PairLaw) and law.between is not None and any(obj in side for side in law.between)
 
     def _shape(self, shape: Any, label: str) -> Plain:
-        from xpheve.scene.build import CORE_SHAPES
+        from xpheve.shapes import CORE as CORE_SHAPES
 
         described: Plain = {key: value for key, value in shape.describe().items() if value is not None}
         if CORE_SHAPES.get(shape.kind) is not type(shape):
