@@ -457,6 +457,23 @@ def test_a_replay_may_stop_earlier_and_is_refused_elsewhere(engine: xp.PhysicsEn
             Inputs.from_json(text)
 
 
+def test_containers_and_laws_of_no_pack_are_replayed_too(engine: xp.PhysicsEngine) -> None:
+    first, system = engine.copy(), System()
+    engine.start(frames=1, source=system)
+    law = engine.add_law(Push(), container=xp.LawContainer(xp.when.Elapsed(0.25, every=True), name="now and then"))
+    engine.map(engine.object("falls"), law)
+    other = engine.add_law(Push, container=engine.containers[0], name="other")
+    engine.containers[0].remove_law(other)
+    engine.containers[0].add_law(other)
+    frame(engine, system, 11.0)
+    engine.terminate()
+    assert law.evaluations == other.evaluations == 4
+    with pytest.raises(xp.errors.UnknownLawError, match=r"classes=\[Push\]"):
+        first.copy().replay(engine.inputs)
+    first.replay(engine.inputs, classes=(Push,))
+    assert first.checkpoint() == engine.checkpoint()
+
+
 def test_the_log_may_be_left_out(engine: xp.PhysicsEngine) -> None:
     with pytest.raises(StateError, match="not started"):
         _ = engine.inputs

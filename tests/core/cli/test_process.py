@@ -25,13 +25,14 @@ TEN = "".join(
 )
 
 
-def test_a_small_run_takes_less_than_a_second(process: Process, scene: Path) -> None:
+def test_a_small_run_takes_less_than_a_second_of_computing(process: Process, scene: Path) -> None:
     scene.write_text(scene.read_text().replace('"gravity"', '"basic:planet_gravity"') + TEN)
     taken = []
     for _ in range(4):  # the first one writes the index of packs and perhaps bytecode
-        begun = time.perf_counter()
+        before = os.times()
         told = process("run", scene)
-        taken.append(time.perf_counter() - begun)
+        after = os.times()
+        taken.append(after.children_user + after.children_system - before.children_user - before.children_system)
         assert told.returncode == 0, told.stderr
     assert min(taken) < 1.0
 

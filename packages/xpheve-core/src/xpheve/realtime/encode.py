@@ -60,10 +60,18 @@ def encode(engine: Any, value: Any) -> Any:
         if value.engine is engine:
             return {"container": engine._world.containers.index(value)}
         return {
-            "new container": [value.label(), value.name, _condition(value), [encode(engine, law) for law in value.laws]]
+            "new container": [
+                value.label(),
+                value.name,
+                encode(engine, value.condition),
+                [encode(engine, law) for law in value.laws],
+            ]
         }
     if isinstance(value, Shape):
         return {"shape": value.describe()}
+    if isinstance(value, when.Condition):
+        fields = {one.name: encode(engine, getattr(value, one.name)) for one in dataclasses.fields(value)}
+        return {"condition": [type(value).__name__, fields]}
     if isinstance(value, type) and issubclass(value, (PhysicalLaw, LawContainer)):
         return {"class": value.label()}
     if isinstance(value, Iterable):
@@ -94,14 +102,6 @@ def _law(engine: Any, law: PhysicalLaw) -> dict[str, Any]:
         "state": encode(engine, dict(law.state)),
         "between": None if between is None else [[encode(engine, obj) for obj in side] for side in between],
     }
-
-
-def _condition(container: LawContainer) -> Any:
-    condition = container.condition
-    if condition is None:
-        return None
-    given = {one.name: plain(getattr(condition, one.name), one.name) for one in dataclasses.fields(condition)}
-    return [type(condition).__name__, given]
 
 
 class Decoder:
@@ -161,6 +161,10 @@ class Decoder:
             raise RecordError(f"the inputs name container {number}, which is not here") from None
         return found
 
+    def _condition(self, given: Any) -> Any:
+        name, fields = given
+        return getattr(when, name)(**{key: self(value) for key, value in fields.items()})
+
     def _class(self, label: str) -> Any:
         if label in self.classes:
             return self.classes[label]
@@ -199,8 +203,7 @@ class Decoder:
 
     def _new_container(self, given: Any) -> LawContainer:
         label, name, condition, laws = given
-        made = None if condition is None else getattr(when, condition[0])(**condition[1])
-        container: LawContainer = self._class(label)(made, name=name)
+        container: LawContainer = self._class(label)(self(condition), name=name)
         for law in laws:
             container.add_law(self(law))
         return container
