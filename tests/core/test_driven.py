@@ -238,6 +238,8 @@ def test_who_cannot_be_driven_is_told_so(falling: Built) -> None:
             call()
     with pytest.raises(StateError, match="not driven"):
         ball.release()
+    with pytest.raises(InvalidValueError, match=r"obj\.hold"):
+        xp.PhysicalObject(driven=True)
     with pytest.raises(OwnershipError, match="in no engine"):
         xp.PhysicalObject().hold()
 

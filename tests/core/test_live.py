@@ -42,6 +42,27 @@ def bits(engine: xp.PhysicsEngine) -> tuple[Any, ...]:
     return engine.time, found, laws
 
 
+def saved(engine: xp.PhysicsEngine) -> list[Any]:
+    """What a scene file keeps of each object, by name."""
+    found = []
+    for obj in sorted(engine.objects, key=lambda one: one.name):
+        state = [obj.position, obj.velocity, obj.orientation, obj.angular_velocity, obj.inertia, (obj.mass,)]
+        forces = [(one.vector, one.duration.hex(), one.id) for one in engine.user_forces(obj)]
+        laws = sorted((law.name, law.enabled, repr(law.parameters)) for law in obj.laws)
+        found.append(
+            (
+                obj.name,
+                [[x.hex() for x in one] for one in state],
+                forces,
+                laws,
+                obj.driven,
+                obj._density,
+                repr(obj.shape),
+            )
+        )
+    return found
+
+
 class LiveEdits(RuleBasedStateMachine):
     """Closed-form scenes (constant laws, no contacts), so that the balance of energy holds to rounding."""
 
@@ -176,6 +197,18 @@ class LiveEdits(RuleBasedStateMachine):
         for one in (self.engine, *others):
             one.run(until=one.time + span)
         assert bits(others[0]) == bits(others[1]) == bits(self.engine)
+
+    @precondition(lambda self: not any(isinstance(law, Pull) for law in self.engine.laws))
+    @rule(form=st.sampled_from(["toml", "json"]), span=spans)
+    def a_scene_file_gives_the_same_bits_of_state(self, form: str, span: float) -> None:
+        engine, text = self.engine, dumps(self.engine, form)
+        twin = loads(text, form)
+        again = loads(dumps(twin, form), form)
+        assert saved(twin) == saved(again) == saved(engine)
+        for one in (twin, again):
+            one.run(until=span)
+        assert saved(twin) == saved(again)
+        assert twin.new_force_id() > max((one[0] for held in self.forces.values() for one in held), default=0)
 
     @rule()
     def reset_goes_back_to_what_was_first_started(self) -> None:

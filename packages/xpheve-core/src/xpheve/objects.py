@@ -595,6 +595,10 @@ def moments_of(shape: Shape | None, mass: float) -> Vec:
 
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
     checked = {}
+    if "driven" in columns:
+        raise InvalidValueError(
+            f"{label}: driven is no column: add the object to an engine, then obj.hold() or obj.carry(...)"
+        )
     for name, value in columns.items():
         try:
             number = float(value)

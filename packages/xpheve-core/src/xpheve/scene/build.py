@@ -342,7 +342,7 @@ class _Building:
                 at, owner = self.source.at(where), self.source.owner(where)[0]
                 hint = near(key, [*kind.params, *own])
                 has = ", ".join(kind.params) or "none"
-                raise SceneError(f"{at}: {owner}: unknown parameter {key}.{hint} It has: {has}")
+                raise SceneError(f"{at}: {owner}: unknown parameter {clip(key)}.{hint} It has: {has}")
             if value == "none" and param.optional and param.kind != "text":
                 found[key] = None
                 continue
