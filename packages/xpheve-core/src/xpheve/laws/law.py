@@ -222,9 +222,8 @@ class ContinuousLaw(PhysicalLaw):
     @classmethod
     def defines(cls, method: str) -> bool:
         """Whether the class itself (or a parent other than the contract) has ``method``."""
-        found = inspect.getattr_static(cls, method, None)
-        contract = (vars(kind).get(method) for kind in (ContinuousLaw, FieldLaw, PairLaw))
-        return found is not None and all(found is not one for one in contract)
+        found = getattr(cls, method, None)
+        return found is not None and found not in _CONTRACT.get(method, ())
 
     @classmethod
     def is_concrete(cls) -> bool:
@@ -280,6 +279,13 @@ class PairLaw(ContinuousLaw):
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")
+
+
+_CONTRACT = {
+    method: [vars(kind)[method] for kind in (ContinuousLaw, FieldLaw, PairLaw) if method in vars(kind)]
+    for method in ("force", "torque", "potential", "jumps")
+}
+"""The methods of the contract itself, which say nothing."""
 
 
 def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]]:
