@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
@@ -126,7 +127,8 @@ class Compound(Shape):
             for part in flat
         )
         self._reach = max(part.shape.reach_from(inverse((part.position, part.orientation))[0]) for part in self.parts)
-        self._repr = f"Compound({list(flat)!r})"
+        digest = hashlib.sha256(repr(flat).encode()).hexdigest()
+        self._repr = f"Compound({len(flat)} part{'s' if len(flat) > 1 else ''}, #{digest[:16]})"
 
     @property
     def solid(self) -> bool:
