@@ -84,6 +84,7 @@ def test_the_order_of_adding_leaves_no_bit() -> None:
         assert found == {name: value for name, value in expected.items() if name != "work"}
 
 
+@pytest.mark.filterwarnings("ignore::xpheve.errors.OrderWarning")
 def test_the_order_of_adding_leaves_no_bit_in_the_work() -> None:
     assert len({scene(random.Random(seed))["work"] for seed in range(4)}) == 1
 
