@@ -24,15 +24,20 @@ if TYPE_CHECKING:
     )
     from xpheve.laws import conditions as when
     from xpheve.objects import PhysicalObject
+    from xpheve.observers import Observer, Probe
     from xpheve.plugins import hookimpl
     from xpheve.record import Record
+    from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
 
 _HOMES = {
     "PhysicsEngine": "engine",
     "Force": "forces",
     "PhysicalObject": "objects",
+    "Observer": "observers",
+    "Probe": "observers",
     "Record": "record",
+    "Region": "regions",
     "hookimpl": "plugins",
     **dict.fromkeys(("Box", "Capsule", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
@@ -63,13 +68,16 @@ __all__ = [
     "Force",
     "Impulse",
     "LawContainer",
+    "Observer",
     "PairLaw",
     "Param",
     "PhysicalLaw",
     "PhysicalObject",
     "PhysicsEngine",
     "Plane",
+    "Probe",
     "Record",
+    "Region",
     "ResponseLaw",
     "Shape",
     "Sphere",

@@ -28,10 +28,12 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve.observers import Observer, Probe
 from xpheve.plan import energy as conserved
 from xpheve.plan import scenery
 from xpheve.plan.energy import Energy
 from xpheve.plan.stored import StoredForce
+from xpheve.plan.wakeups.references import check_references
 from xpheve.plan.world import World
 from xpheve.plugins.registry import Registry
 from xpheve.steppers.contract import Settings, Stepper
@@ -294,6 +296,7 @@ class PhysicsEngine:
             raise OwnershipError(f"{container!r} is in another engine")
         if container.condition is None and not container.is_polled:
             raise InvalidValueError(f"{container!r} has no condition: LawContainer(condition), or override detect")
+        check_references(self, container)
         period = container.period
         if (
             container.is_polled
@@ -656,6 +659,40 @@ class PhysicsEngine:
             )
         )
 
+    def input(self, kind: str, data: Any = None) -> None:
+        """Hand ``data`` in: containers armed with a fitting `xpheve.when.Input` wake at this instant, with all inputs of it together."""
+        self._structurally(lambda: self._world.wakeups.inputs.put(kind, data))
+
+    # Observers and probes
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """All observers, as added."""
+        return tuple(one for one in self._world.wakeups.points.values() if isinstance(one, Observer))
+
+    @property
+    def probes(self) -> tuple[Probe, ...]:
+        """All probes, as added."""
+        return tuple(one for one in self._world.wakeups.points.values() if not isinstance(one, Observer))
+
+    def add_observer(self, observer: Observer) -> Observer:
+        """Add an observer, for conditions of regions; returns it. Raises `InvalidValueError`, `OwnershipError`."""
+        found: Observer = self._world.wakeups.add_point(self, observer, Observer)
+        return found
+
+    def add_probe(self, probe: Probe) -> Probe:
+        """Add a probe, for conditions of regions; returns it. Raises `InvalidValueError`, `OwnershipError`."""
+        found: Probe = self._world.wakeups.add_point(self, probe, Probe)
+        return found
+
+    def remove_observer(self, observer: Observer) -> None:
+        """Take an observer out. Raises `OwnershipError`."""
+        self._world.wakeups.remove_point(self, observer)
+
+    def remove_probe(self, probe: Probe) -> None:
+        """Take a probe out. Raises `OwnershipError`."""
+        self._world.wakeups.remove_point(self, probe)
+
     # Time
 
     def run(
@@ -738,7 +775,7 @@ class PhysicsEngine:
         return (max((end, 0.0), self._world.time)), Settings(dt, rtol or RTOL, atol or ATOL)
 
     def _check_contacts_of_steps(self, dt: float | None) -> None:
-        listeners = self._world.host_step_listeners()
+        listeners = self._world.host_step_listeners(demanding=True)
         if dt is None and listeners:
             raise StateError(
                 f"{listeners[0]!r} asks for host steps, and run(until=...) has none; event-driven motion has no steps. "
@@ -854,7 +891,9 @@ class PhysicsEngine:
         """Stand still until `resume`; a handler that calls it stops the run after the present instant."""
         if self._state not in ("ready", "running"):
             raise StateError(f"suspend: the engine is {self._state}")
-        self._change_state("suspended")
+        with self._world.instant():
+            self._change_state("suspended")
+            self._world.wakeups.tell_now(when.Paused)
 
     def _change_state(self, state: str) -> None:
         """Go to ``state``; taken back with the rest if the handler that asked for it fails."""
@@ -867,7 +906,9 @@ class PhysicsEngine:
         """Allow time to pass again after `suspend`."""
         if self._state != "suspended":
             raise StateError(f"resume: the engine is {self._state}, not suspended")
-        self._state = "ready"
+        with self._world.instant():
+            self._change_state("ready")
+            self._world.wakeups.tell_now(when.Resumed)
 
     def terminate(self) -> None:
         """End for good: nothing runs until `reset`. The state can still be read."""
@@ -972,7 +1013,9 @@ class PhysicsEngine:
 
         if self._world.transaction is not None:
             raise StateError("a handler cannot take a checkpoint: the instant is not over; take it between runs")
-        data = pack(self._save().portable(self._authored))
+        saved = self._save()
+        saved.check_functions()
+        data = pack(saved.portable(self._authored))
         if path is not None:
             write(Path(path), data)
         return data
@@ -984,11 +1027,12 @@ class PhysicsEngine:
         *,
         laws: Sequence[type[PhysicalLaw]] = (),
         containers: Sequence[type[LawContainer]] = (),
+        functions: Sequence[Callable[..., Any]] = (),
         registry: Registry | None = None,
     ) -> PhysicsEngine:
         """An engine that goes on to the bit where `checkpoint` was taken.
 
-        ``laws`` and ``containers`` are the classes that no installed pack offers.
+        ``laws`` and ``containers`` are the classes that no installed pack offers; ``functions`` those of `xpheve.when.Crosses`, by their names.
 
         Raises
         ------
@@ -1002,7 +1046,7 @@ class PhysicsEngine:
 
         portable = unpack(checkpoint)
         try:
-            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry)
+            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry, functions)
         except (UnknownLawError, PackError, RecordError):
             raise
         except (XpheveError, AssertionError, *TORN) as error:
@@ -1018,7 +1062,9 @@ class PhysicsEngine:
         if self._authored is not None:
             laws += [type(law) for law in self._authored.laws]
             containers += [type(container) for container in self._authored.containers]
-        return revive(type(self), self._save().portable(self._authored), laws, containers, self._registry)
+        saved, first = self._save(), self._authored
+        functions = (saved.functions, True, first.functions if first is not None else ())
+        return revive(type(self), saved.portable(first), laws, containers, self._registry, *functions)
 
     def save_scene(self, path: str | os.PathLike[str]) -> None:
         """Write the scene as a TOML or JSON file, by the ending of ``path``."""

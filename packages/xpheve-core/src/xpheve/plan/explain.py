@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, PhysicalLaw, ResponseLaw
+from xpheve.plan.wakeups.wakeups import SERVERS
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
@@ -51,6 +52,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
         "groups": _groups(world),
         "laws": [_law(world, law, own) for law, own in zip(world.laws, engine._world.laws, strict=True)],
         "conditions": [_container(world, container) for container in world.containers],
+        "servers": world.wakeups.report(),
         "contacts": None if world.contacts is None else world.contacts.report(),
         "events": {"handled": world.events, "waiting": len(world.queue), "void": world.queue.voided},
         "energy": {
@@ -151,9 +153,7 @@ def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
 
 def _container(world: World, container: Any) -> dict[str, Any]:
     condition = container.condition
-    server = "polled: it detects for itself" if container.is_polled else {
-        "engine": "engine", "queue": "event queue", "steps": "host steps", "contacts": "contact server",
-    }[condition.served_by]  # fmt: skip
+    server = "polled: it detects for itself" if container.is_polled else SERVERS[condition.served_by]
     return {
         "id": container.label(),
         "name": container.name,
@@ -192,7 +192,10 @@ def _drift(engine: PhysicsEngine, balance: float, energy: Any) -> float | None:
 
         laws = [type(law) for law in engine._authored.laws]
         containers = [type(container) for container in engine._authored.containers]
-        first = revive(type(engine), engine._authored.portable(), laws, containers, engine._registry).energy()
+        saved = engine._authored
+        first = revive(
+            type(engine), saved.portable(), laws, containers, engine._registry, saved.functions, True
+        ).energy()
     except (XpheveError, TypeError):
         return None
     scale = max(abs(value) for value in (*first, *energy))
@@ -222,6 +225,12 @@ def _lines(data: dict[str, Any]) -> list[str]:
         for c in data["conditions"]:
             lines.append(
                 f"  {c['condition']} [{c['server']}]: fired {c['firings']} times, for {', '.join(c['laws']) or 'no law'}"
+            )
+    if data["servers"]:
+        lines += ["", "who finds the events"]
+        for one in data["servers"]:
+            lines.append(
+                f"  {one['server']}: {one['condition']}: {one['detections']} events, found once for {one['containers']} containers"
             )
     if data["contacts"]:
         c = data["contacts"]
