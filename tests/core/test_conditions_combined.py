@@ -117,7 +117,7 @@ R = when.RegionActive(xp.Region(xp.Sphere(1.0)))
 @pytest.mark.parametrize("wrong", [A, A & R, when.Elapsed(1.0), when.Asleep(), R | A], ids=str)
 def test_not_is_for_levels(wrong: Any) -> None:
     with pytest.raises(InvalidValueError, match="Levels are RegionActive"):
-        ~wrong
+        _ = ~wrong
 
 
 @pytest.mark.parametrize(
