@@ -24,15 +24,20 @@ if TYPE_CHECKING:
     )
     from xpheve.laws import conditions as when
     from xpheve.objects import PhysicalObject
+    from xpheve.observers import Observer, Probe
     from xpheve.plugins import hookimpl
     from xpheve.record import Record
+    from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
 
 _HOMES = {
     "PhysicsEngine": "engine",
     "Force": "forces",
     "PhysicalObject": "objects",
+    "Observer": "observers",
+    "Probe": "observers",
     "Record": "record",
+    "Region": "regions",
     "hookimpl": "plugins",
     **dict.fromkeys(("Box", "Capsule", "Compound", "Hull", "Mesh", "Part", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
@@ -66,6 +71,7 @@ __all__ = [
     "Impulse",
     "LawContainer",
     "Mesh",
+    "Observer",
     "PairLaw",
     "Param",
     "Part",
@@ -73,7 +79,9 @@ __all__ = [
     "PhysicalObject",
     "PhysicsEngine",
     "Plane",
+    "Probe",
     "Record",
+    "Region",
     "ResponseLaw",
     "Shape",
     "Sphere",

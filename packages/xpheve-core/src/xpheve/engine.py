@@ -30,10 +30,12 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject, Quat
+from xpheve.observers import Observer, Probe
 from xpheve.plan import driven, geometry, scenery
 from xpheve.plan import energy as conserved
 from xpheve.plan.energy import Energy
 from xpheve.plan.stored import StoredForce
+from xpheve.plan.wakeups.references import check_references
 from xpheve.plan.world import World
 from xpheve.plugins.registry import Registry
 from xpheve.realtime.control import ATOL, RTOL, Control
@@ -307,6 +309,7 @@ class PhysicsEngine(Control):
             raise OwnershipError(f"{container!r} is in another engine")
         if container.condition is None and not container.is_polled:
             raise InvalidValueError(f"{container!r} has no condition: LawContainer(condition), or override detect")
+        check_references(self, container)
         period = container.period
         if (
             container.is_polled
@@ -776,6 +779,50 @@ class PhysicsEngine(Control):
             )
         )
 
+    @door()
+    def input(self, kind: str, data: Any = None) -> None:
+        """Hand ``data`` in: containers armed with a fitting `xpheve.when.Input` wake at this instant, with all inputs of it together."""
+        self._structurally(lambda: self._world.wakeups.inputs.put(kind, data))
+
+    # Observers and probes
+
+    @property
+    def observers(self) -> tuple[Observer, ...]:
+        """All observers, as added."""
+        return tuple(one for one in self._world.wakeups.points.values() if isinstance(one, Observer))
+
+    @property
+    def probes(self) -> tuple[Probe, ...]:
+        """All probes, as added."""
+        return tuple(one for one in self._world.wakeups.points.values() if not isinstance(one, Observer))
+
+    @door(waits=True)
+    def add_observer(self, observer: Observer) -> Observer:
+        """Add an observer, for conditions of regions; returns it. Raises `InvalidValueError`, `OwnershipError`."""
+        found: Observer = self._world.wakeups.add_point(self, observer, Observer)
+        return found
+
+    @door(waits=True)
+    def add_probe(self, probe: Probe) -> Probe:
+        """Add a probe, for conditions of regions; returns it. Raises `InvalidValueError`, `OwnershipError`."""
+        found: Probe = self._world.wakeups.add_point(self, probe, Probe)
+        return found
+
+    @door(waits=True)
+    def remove_observer(self, observer: Observer) -> None:
+        """Take an observer out. Raises `OwnershipError`."""
+        self._world.wakeups.remove_point(self, observer)
+
+    @door(waits=True)
+    def remove_probe(self, probe: Probe) -> None:
+        """Take a probe out. Raises `OwnershipError`."""
+        self._world.wakeups.remove_point(self, probe)
+
+    @door()
+    def move_point(self, point: Probe, position: Vec) -> None:
+        """Put an observer or probe at ``position`` [m], checked: `Probe.position`."""
+        self._world.wakeups.move_point(point, position)
+
     # Time
 
     def run(
@@ -859,7 +906,7 @@ class PhysicsEngine(Control):
         return (max((end, 0.0), self._world.time)), Settings(dt, rtol or RTOL, atol or ATOL)
 
     def _check_contacts_of_steps(self, dt: float | None) -> None:
-        listeners = self._world.host_step_listeners()
+        listeners = self._world.host_step_listeners(demanding=True)
         if dt is None and listeners:
             raise StateError(
                 f"{listeners[0]!r} asks for host steps, and run(until=...) has none; event-driven motion has no steps. "
@@ -1058,7 +1105,9 @@ class PhysicsEngine(Control):
 
         if self._world.transaction is not None:
             raise StateError("a handler cannot take a checkpoint: the instant is not over; take it between runs")
-        header, arrays = self._save().portable(self._authored)
+        saved = self._save()
+        saved.check_functions()
+        header, arrays = saved.portable(self._authored)
         for serial, kept in attributes_of(self).items():
             _check_plain(serial, kept)
             header.setdefault("attributes", {})[str(serial)] = kept
@@ -1075,11 +1124,13 @@ class PhysicsEngine(Control):
         laws: Sequence[type[PhysicalLaw]] = (),
         containers: Sequence[type[LawContainer]] = (),
         objects: Sequence[type[PhysicalObject]] = (),
+        functions: Sequence[Callable[..., Any]] = (),
         registry: Registry | None = None,
     ) -> PhysicsEngine:
         """An engine that goes on to the bit where `checkpoint` was taken.
 
-        ``laws`` and ``containers`` are the classes that no installed pack offers; ``objects`` the subclasses of `PhysicalObject`.
+        ``laws`` and ``containers`` are the classes that no installed pack offers, ``objects`` the subclasses of `PhysicalObject`,
+        ``functions`` those of `xpheve.when.Crosses`, by their names.
 
         Raises
         ------
@@ -1101,7 +1152,7 @@ class PhysicsEngine(Control):
             return kinds[kind]
 
         try:
-            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry, class_of)
+            engine: PhysicsEngine = revive(cls, portable, laws, containers, registry, class_of, functions)
             give_attributes(engine, {int(key): kept for key, kept in portable[0].get("attributes", {}).items()})
         except (UnknownLawError, PackError, RecordError):
             raise
@@ -1121,14 +1172,17 @@ class PhysicsEngine(Control):
             containers += [type(container) for container in self._authored.containers]
         held = [*self._world.bodies.objects, *(self._authored.objects if self._authored is not None else ())]
         kinds = {obj.serial: type(obj) for obj in held}
-        portable = self._save().portable(self._authored)
+        saved, first = self._save(), self._authored
         made = revive(
             type(self),
-            portable,
+            saved.portable(first),
             laws,
             containers,
             self._registry,
             lambda entry: kinds.get(entry["serial"], PhysicalObject),
+            saved.functions,
+            True,
+            first.functions if first is not None else (),
         )
         give_attributes(made, attributes_of(self))
         return made

@@ -12,8 +12,9 @@ from xpheve.errors import ContactError, LawFailedError
 from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.kernels.vector import Vec
-from xpheve.laws import Contact, Event, Impulse, ResponseLaw
+from xpheve.laws import Impulse, ResponseLaw
 from xpheve.laws import conditions as when
+from xpheve.laws.combinations import leaves
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer
@@ -21,6 +22,7 @@ from xpheve_laws_collision.broad_phase import MANY, BroadPhase
 from xpheve_laws_collision.narrow_phase import ULPS, Family, Gap, Mover, family_of, flipped, still_speed
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
 from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
+from xpheve_laws_collision.telling import contact_of, tell
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
@@ -326,7 +328,7 @@ class ExactServer(ContactServer):
             if law in two
             and law.enabled
             and max(one[law], two[law]) > begun
-            and any(isinstance(c.condition, when.ContactBegin) for c in law.containers)
+            and any(isinstance(leaf, when.ContactBegin) for c in law.containers for leaf in leaves(c.condition))
         ]
 
     def _tell_late(self, entries: list[Entry]) -> None:
@@ -569,21 +571,7 @@ class ExactServer(ContactServer):
         self, kind: type[when.Condition], found: list[tuple[Pair, Gap, float]], only: list[Any] | None = None
     ) -> None:
         """Fire the containers that wait for ``kind``; of their laws ``only`` those, if given."""
-        if not found:
-            return
-        world = self.world
-        for container in world.listeners(kind):
-            laws = [law for law in container.laws if law.enabled and not hasattr(law, "respond")]
-            laws = laws if only is None else [law for law in laws if law in only]
-            contacts = tuple(
-                _contact(pair, gap, speed)
-                for pair, gap, speed in sorted(found, key=lambda one: (one[0][0].rank, one[0][1].rank))
-                if any(all(law in world.mapping.laws(obj) for obj in pair) for law in laws)
-            )
-            if laws and contacts:
-                objects = world.in_rank_order({obj for one in contacts for obj in (one.body_a, one.body_b)})
-                listening = Event(world.time[0], container.condition, tuple(objects), contacts)
-                world.fire(_Listening(container, laws), listening)
+        tell(self, kind, found, only)
 
     def host_step(self) -> None:
         now = self.world.time
@@ -684,31 +672,6 @@ class ExactServer(ContactServer):
             "supports": [f"{ball.label} on {support.plane.label}" for ball, support in self.supports.items()],
             "held": [obj.label for obj in self.held],
         }
-
-
-class _Listening:
-    """A container as `World.fire` sees it, with those of its laws that listen."""
-
-    def __init__(self, container: Any, laws: list[Any]) -> None:
-        self.condition = container.condition
-        self.laws = laws
-        self._container = container
-
-    def __hash__(self) -> int:
-        return hash(self._container)
-
-    def __eq__(self, other: object) -> bool:
-        return self._container is other or (isinstance(other, _Listening) and other._container is self._container)
-
-    def label(self) -> str:
-        return str(self._container.label())
-
-    def enforce_laws(self, event: Event) -> None:
-        self._container.firings += 1
-        for law in self.laws:
-            own = tuple(one for one in event.contacts if law in one.body_a.laws and law in one.body_b.laws)
-            if own:
-                law.enforce(Event(event.time, event.condition, event.objects, own))
 
 
 class _Instant:
@@ -819,7 +782,7 @@ class _Instant:
             self.first[pair] = (gap, approach)
         law.evaluations += 1
         try:
-            answer = law.respond(_contact(pair, gap, approach))
+            answer = law.respond(contact_of(pair, gap, approach))
         except Exception as error:
             raise LawFailedError(
                 f"{law.label()}.respond raised {type(error).__name__}: {error}; at t = {self.world.time[0]} s "
@@ -958,10 +921,6 @@ def _is_known(kind: str, other: str) -> bool:
     except ContactError:
         return False
     return True
-
-
-def _contact(pair: Pair, gap: Gap, approach: float) -> Contact:
-    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach)
 
 
 def _kinetic(obj: PhysicalObject, velocity: Vec) -> float:

@@ -36,7 +36,8 @@ class Event:
     ``condition`` is the one that fired; ``id`` names the post, the force, or the property that was set; ``dt`` [s] is the host step.
 
     ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
-    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post, ``force`` to an expired force.
+    ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post or an input, ``source`` to an observer or probe, ``force``
+    to an expired force.
     """
 
     time: float
@@ -48,3 +49,9 @@ class Event:
     source: Any = None
     force: Any = None
     dt: float = 0.0
+    parts: tuple[tuple[Condition, Event], ...] = ()
+
+    @property
+    def fired(self) -> tuple[tuple[Condition | None, Event], ...]:
+        """What set it off: for a combination each condition with its own event, else the condition itself."""
+        return self.parts or ((self.condition, self),)

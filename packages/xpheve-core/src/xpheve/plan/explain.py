@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, PhysicalLaw, ResponseLaw
 from xpheve.plan.order import order_report
+from xpheve.plan.wakeups.wakeups import SERVERS
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
@@ -54,6 +55,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
         "conditions": [_container(world, container) for container in world.containers],
         "order": order_report(world),
         "conflicts": list(engine._world.clashes.values()),
+        "servers": world.wakeups.report(),
         "contacts": None if world.contacts is None else world.contacts.report(),
         "events": {"handled": world.events, "waiting": len(world.queue), "void": world.queue.voided},
         "energy": {
@@ -157,9 +159,7 @@ def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
 
 def _container(world: World, container: Any) -> dict[str, Any]:
     condition = container.condition
-    server = "polled: it detects for itself" if container.is_polled else {
-        "engine": "engine", "queue": "event queue", "steps": "host steps", "contacts": "contact server",
-    }[condition.served_by]  # fmt: skip
+    server = "polled: it detects for itself" if container.is_polled else SERVERS[condition.served_by]
     return {
         "id": container.label(),
         "name": container.name,
@@ -198,7 +198,16 @@ def _drift(engine: PhysicsEngine, balance: float, energy: Any) -> float | None:
 
         laws = [type(law) for law in engine._authored.laws]
         containers = [type(container) for container in engine._authored.containers]
-        first = revive(type(engine), engine._authored.portable(), laws, containers, engine._registry).energy()
+        saved = engine._authored
+        first = revive(
+            type(engine),
+            saved.portable(),
+            laws,
+            containers,
+            engine._registry,
+            functions=saved.functions,
+            by_place=True,
+        ).energy()
     except (XpheveError, TypeError):
         return None
     scale = max(abs(value) for value in (*first, *energy))
@@ -235,6 +244,12 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines.append(f"  {one['condition']} in {one['container']}: {one['laws'][0]}")
         lines += [f"    then {law} ({why})" for law, why in zip(one["laws"][1:], one["because"], strict=True)]
     lines += [f"conflict: {text}" for text in data["conflicts"]]
+    if data["servers"]:
+        lines += ["", "who finds the events"]
+        for one in data["servers"]:
+            lines.append(
+                f"  {one['server']}: {one['condition']}: {one['detections']} events, found once for {one['containers']} containers"
+            )
     if data["contacts"]:
         c = data["contacts"]
         lines += [

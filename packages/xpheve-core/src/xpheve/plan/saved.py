@@ -15,22 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.errors import RecordError, UnknownLawError
-from xpheve.events import Entry
 from xpheve.forces import Force
-from xpheve.laws import Event, LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
+from xpheve.laws.combinations import leaves
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.observers import Observer, Probe
 from xpheve.plan.driven import Arrival, watch
 from xpheve.plan.groups import Batch, choose, find_group
 from xpheve.plan.stored import StoredForce
-from xpheve.plan.world import World, _Delivery
+from xpheve.plan.wakeups.saving import Reader, Writer
+from xpheve.plan.world import World
 from xpheve.shapes.base import Shape
 from xpheve.steppers.contract import Signature
 
 Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
-VERSION = 1
+VERSION = 2
 ROWS = ("clock", "fixed", "driven", "serial", "version", "batch", "local")
 
 
@@ -45,11 +47,23 @@ class Saved:
         laws: Sequence[PhysicalLaw],
         containers: Sequence[LawContainer],
         shapes: Sequence[Shape | None],
+        functions: Sequence[Callable[..., Any]] = (),
+        points: Sequence[Probe] = (),
     ) -> None:
         self.header, self.arrays = header, arrays
         self.shapes = shapes
         """Of the objects, as they were then."""
         self.objects, self.laws, self.containers = objects, laws, containers
+        self.functions, self.points = functions, points
+
+    def check_functions(self) -> None:
+        """Raise `RecordError` if the functions of conditions cannot be told apart by their names in a checkpoint."""
+        names = [getattr(one, "__qualname__", type(one).__name__) for one in self.functions]
+        for name in names:
+            if names.count(name) > 1:
+                raise RecordError(
+                    f"two functions of conditions are called {name}, so a checkpoint cannot tell them apart: def each under a name"
+                )
 
     def portable(self, authored: Saved | None = None) -> tuple[Header, Arrays]:
         """Without live handles, and with the state that `reset` goes back to; raises `RecordError` if something cannot be written."""
@@ -72,6 +86,7 @@ def save(world: World, started: bool) -> Saved:
     laws, containers = list(world.laws), list(world.containers)
     number = {law: k for k, law in enumerate(laws)}
     owner: dict[Any, Any] = {None: "user"} | dict(number)
+    writer = Writer(world, laws, containers)
     header: Header = {
         "format": "xpheve checkpoint",
         "version": VERSION,
@@ -92,7 +107,7 @@ def save(world: World, started: bool) -> Saved:
         "dirty": world.dirty,
         "unplanned": [obj.serial for obj in world.unplanned],
         "laws": [_law(world, law) for law in laws],
-        "containers": [_container(world, container, number) for container in containers],
+        "containers": [_container(world, container, number, writer) for container in containers],
         "objects": [_object(world, obj, number) for obj in bodies.objects],
         "forces": [
             [
@@ -114,7 +129,7 @@ def save(world: World, started: bool) -> Saved:
             [batch.stepper.id, dataclasses.astuple(batch.signature), dict(batch.state.numbers)]
             for batch in world.batches
         ],
-        "waiting": _waiting(world, containers, number),
+        "wakeups": writer.wakeups(),
         "contacts": None if world.contacts is None else world.contacts.save(),
         "defaults": {name: _plain(value) for name, value in bodies.defaults.items()},
     }
@@ -127,7 +142,8 @@ def save(world: World, started: bool) -> Saved:
         for name, array in batch.state.arrays.items():
             arrays[f"batch{k}.array.{name}"] = array.copy()
     shapes = [obj._shape for obj in bodies.objects]
-    return Saved(header, arrays, list(bodies.objects), laws, containers, shapes)
+    points = list(world.wakeups.points.values())
+    return Saved(header, arrays, list(bodies.objects), laws, containers, shapes, writer.functions, points)
 
 
 def _plain(value: float) -> Any:
@@ -149,17 +165,14 @@ def _law(world: World, law: PhysicalLaw) -> Header:
     }
 
 
-def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, int]) -> Header:
+def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, int], writer: Writer) -> Header:
     condition = container.condition
     return {
         "id": container.label(),
         "name": container.name,
-        "condition": None
-        if condition is None
-        else [type(condition).__name__, {f.name: getattr(condition, f.name) for f in dataclasses.fields(condition)}],
+        "condition": None if condition is None else writer.condition(condition),
         "laws": [number[law] for law in container.laws],
         "rank": world.ranks.container_ranks.get(container),
-        "timer": world.timers.get(container),
         "spent": container in world.spent,
         "counts": [container.firings, container.detections],
     }
@@ -176,27 +189,6 @@ def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -
         "columns": dict(obj._columns),
         "laws": [[number[law], since] for law, since in world.mapping.laws(obj).items()],
     }
-
-
-def _waiting(world: World, containers: list[LawContainer], number: dict[PhysicalLaw, int]) -> list[Any]:
-    """Deliveries on their way: instant, stage, rank, container, event."""
-    found = []
-    for item in sorted(world.queue._heap):
-        entry = item[-1]
-        if isinstance(entry.act, _Delivery) and entry.act.container in containers:
-            event = entry.act.event
-            source = event.source
-            found.append(
-                [
-                    entry.instant,
-                    entry.stage,
-                    entry.rank,
-                    containers.index(entry.act.container),
-                    [event.time, [obj.serial for obj in event.objects], event.id, event.data, event.dt],
-                    ["law", number[source]] if isinstance(source, PhysicalLaw) and source in number else ["", source],
-                ]
-            )
-    return found
 
 
 # Back
@@ -218,6 +210,8 @@ def restore_into(engine: Any, saved: Saved) -> None:
     for container in world.containers:
         container.engine = None
         container.laws = []
+    for point in world.wakeups.points.values():
+        point._position, point._attached, point.engine = point.position, None, None
     engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers))
     for law, entry in zip(saved.laws, saved.header["laws"], strict=True):
         law.parameters = {key: tuple(v) if isinstance(v, list) else v for key, v in entry["parameters"].items()}
@@ -226,7 +220,13 @@ def restore_into(engine: Any, saved: Saved) -> None:
         law.state = {key: list(v) if isinstance(v, list) else v for key, v in entry["state"].items()}
     for obj, shape in zip(saved.objects, saved.shapes, strict=True):
         obj._shape = shape
-    _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers)
+    for container, entry in zip(saved.containers, saved.header["containers"], strict=True):
+        container.firings, container.detections = entry["counts"]
+    serials = [entry["serial"] for entry in saved.header["objects"]]
+    points = {point.name: point for point in saved.points}
+    reader = Reader(saved.objects, serials, saved.laws, points, saved.functions, True)
+    reader.points_of(saved.header["wakeups"]["points"], engine)
+    _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers, reader)
 
 
 def revive(
@@ -236,6 +236,9 @@ def revive(
     containers: Sequence[type[LawContainer]],
     registry: Any,
     class_of: Callable[[Header], type[PhysicalObject]] = lambda entry: PhysicalObject,
+    functions: Sequence[Callable[..., Any]] = (),
+    by_place: bool = False,
+    first_functions: Sequence[Callable[..., Any]] = (),
 ) -> Any:
     """A new engine of class ``kind`` from what `save` gave, with handles of its own; ``class_of`` says of which class an object is."""
     header, arrays = portable
@@ -249,9 +252,11 @@ def revive(
         "LawContainer": LawContainer
     }
     made_laws = [_revive_law(engine, entry, local_laws) for entry in header["laws"]]
-    made_containers = [_revive_container(engine, entry, local_containers) for entry in header["containers"]]
     objects = [_revive_object(entry, arrays, row, class_of) for row, entry in enumerate(header["objects"])]
-    _build(engine, header, arrays, objects, made_laws, made_containers)
+    reader = Reader(objects, [entry["serial"] for entry in header["objects"]], made_laws, {}, functions, by_place)
+    reader.points_of(header["wakeups"]["points"], engine)
+    made_containers = [_revive_container(engine, entry, local_containers, reader) for entry in header["containers"]]
+    _build(engine, header, arrays, objects, made_laws, made_containers, reader)
     engine._started = header["started"]
     if header.get("authored"):
         first = header["authored"]
@@ -260,17 +265,23 @@ def revive(
         }
         serials = {obj.serial: obj for obj in objects}
         known = {entry["serial"]: law for entry, law in zip(header["laws"], made_laws, strict=True)}
-        engine._authored = Saved(
-            first,
-            of_first,
-            [
-                serials.get(entry["serial"]) or _revive_object(entry, of_first, k, class_of)
-                for k, entry in enumerate(first["objects"])
-            ],
-            [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]],
-            [_revive_container(engine, entry, local_containers) for entry in first["containers"]],
-            [_revive_shape(entry) for entry in first["objects"]],
-        )
+        first_objects = [
+            serials.get(entry["serial"]) or _revive_object(entry, of_first, k, class_of)
+            for k, entry in enumerate(first["objects"])
+        ]
+        first_laws = [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]]
+        numbers = [entry["serial"] for entry in first["objects"]]
+        points = dict(reader.points)
+        functions = first_functions if by_place else functions
+        again = Reader(first_objects, numbers, first_laws, points, functions, by_place)
+        for kind_, name, _, _, radius in first["wakeups"]["points"]:
+            if name not in points:
+                points[name] = Observer(name, radius=radius) if kind_ == "observer" else Probe(name)
+        first_containers = [_revive_container(engine, entry, local_containers, again) for entry in first["containers"]]
+        kept = [points[name] for _, name, *_ in first["wakeups"]["points"]]
+        live = functions if by_place else _functions_of(first_containers)
+        shapes = [_revive_shape(entry) for entry in first["objects"]]
+        engine._authored = Saved(first, of_first, first_objects, first_laws, first_containers, shapes, live, kept)
     return engine
 
 
@@ -301,7 +312,13 @@ def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]])
     return law
 
 
-def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawContainer]]) -> LawContainer:
+def _functions_of(containers: Sequence[LawContainer]) -> list[Callable[..., Any]]:
+    """The functions of conditions, in the order in which `Writer` meets them."""
+    found = [leaf.expression for c in containers for leaf in leaves(c.condition) if isinstance(leaf, when.Crosses)]
+    return list(dict.fromkeys(found))
+
+
+def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawContainer]], reader: Reader) -> LawContainer:
     kind = local.get(entry["id"])
     if kind is None:
         if ":" not in entry["id"]:
@@ -311,8 +328,7 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
         kind = engine.registry.container(entry["id"])
     condition = None
     if entry["condition"] is not None:
-        name, values = entry["condition"]
-        condition = getattr(when, name)(**values)
+        condition = reader.condition(entry["condition"])
     container: LawContainer = kind(condition, name=entry["name"])
     container.firings, container.detections = entry["counts"]
     return container
@@ -345,6 +361,7 @@ def _build(
     objects: Sequence[PhysicalObject],
     laws: Sequence[PhysicalLaw],
     containers: Sequence[LawContainer],
+    reader: Reader,
 ) -> None:
     """Fill the fresh world of ``engine``."""
     world: World = engine._world
@@ -381,7 +398,7 @@ def _build(
     for serial in header["unplanned"]:
         world.unplanned[serials[serial]] = None
     world.dirty = header["dirty"]
-    _build_queue(world, header, serials, laws, containers)
+    reader.wakeups(world, containers, header["wakeups"])
     if world.contacts is not None:
         world.contacts.restore(header["contacts"])
         world.contacts.refresh([obj._row for obj in world.in_rank_order(objects)])
@@ -409,8 +426,6 @@ def _build_laws(
         world.containers.append(container)
         if entry["rank"] is not None:
             world.ranks.container_ranks[container] = entry["rank"]
-        if entry["timer"] is not None:
-            world.timers[container] = (tuple(entry["timer"][0]), entry["timer"][1])
         if entry["spent"]:
             world.spent.add(container)
     from xpheve.plan.order import positions
@@ -472,28 +487,6 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         batch = Batch(k, signature, choice, state)
         world.batches.append(batch)
         world.sources(batch)
-
-
-def _build_queue(
-    world: World,
-    header: Header,
-    serials: dict[int, PhysicalObject],
-    laws: Sequence[PhysicalLaw],
-    containers: Sequence[LawContainer],
-) -> None:
-    for container in containers:
-        if container in world.timers and container not in world.spent:
-            world.set_timer(container)
-    for instant, stage, rank, number, (time, objects, ident, data, dt), (kind, source) in header["waiting"]:
-        event = Event(
-            time,
-            objects=tuple(serials[serial] for serial in objects if serial in serials),
-            id=ident,
-            data=data,
-            source=laws[source] if kind == "law" else source,
-            dt=dt,
-        )
-        world.queue.push(Entry(tuple(instant), stage, tuple(rank), _Delivery(world, containers[number], event)))
 
 
 __all__ = ["Saved", "attributes_of", "give_attributes", "restore_into", "revive", "save"]

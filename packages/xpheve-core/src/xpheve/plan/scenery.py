@@ -110,17 +110,20 @@ def _fill_columns(world: World, objects: Iterable[PhysicalObject], laws: Iterabl
 def _tell_mapped(
     world: World, kind: type[when.Condition], objects: Sequence[PhysicalObject], laws: Sequence[PhysicalLaw]
 ) -> None:
-    if not any(isinstance(container.condition, kind) for container in world.containers):
+    if not world.wakeups.armed.of(kind):
         return
     world.tell(
         kind,
-        lambda container, condition: any(law in container.laws for law in laws),
+        lambda container, leaf: any(
+            law in container.laws if leaf.law is None else leaf.law in (law, law.name, law.label()) for law in laws
+        ),
         Event(world.time[0], objects=tuple(objects)),
     )
 
 
 def remove_object(world: World, obj: PhysicalObject) -> None:
     """Take ``obj`` out; it owns its last state again."""
+    world.wakeups.let_go(obj)
     state = {name: world.read_row(obj._row, name) for name in FIELDS}
     state["mass"] = state["mass"][0]  # type: ignore[assignment]
     group = [other for other in world.groups.get(obj, []) if other is not obj]
@@ -301,6 +304,6 @@ def remove_container(world: World, container: LawContainer) -> None:
         container.remove_law(law)
     world.containers.remove(container)
     world.structure += 1
-    world.timers.pop(container, None)
+    world.wakeups.forget(container)
     world.spent.discard(container)
     container.engine = None

@@ -6,7 +6,6 @@ import contextlib
 import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -14,9 +13,9 @@ import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import ContactError, LawFailedError, StateError, XpheveError, XpheveWarning
-from xpheve.events import AFTER, FORCE, START, Entry, EventQueue, Guard, Rank
+from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
-from xpheve.kernels.clock import NEVER, Instant, multiple
+from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
@@ -30,6 +29,10 @@ from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
+from xpheve.plan.wakeups import steps
+from xpheve.plan.wakeups.changes import tell_changed
+from xpheve.plan.wakeups.delivery import signal
+from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Settings, Signature, Stepper
 
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
@@ -60,8 +63,6 @@ class World:
         self.evaluator = Evaluator(self.bodies, up, self.mapping)
         self.settings = Settings()
         self.grid: tuple[Instant, float, int] | None = None
-        self.timers: dict[LawContainer, tuple[Instant, int]] = {}
-        """Containers that wait for time: since when, and how often they have been called."""
         self.spent: set[LawContainer] = set()
         """Containers that fire no more."""
         self.streams: dict[PhysicalLaw, Any] = {}
@@ -90,6 +91,7 @@ class World:
         self._steppers = steppers
         self._next_serial = 0
         self.law_positions: dict[str, int] = {}
+        self.wakeups = Wakeups(self)
 
     # Reading
 
@@ -195,10 +197,11 @@ class World:
             raise
         finally:
             self.transaction = None
-        if self.contacts is not None:
-            new.update(obj for obj in transaction.refresh if obj._engine is not None)
-            if new:
+        new.update(obj for obj in transaction.refresh if obj._engine is not None)
+        if new:
+            if self.contacts is not None:
                 self.contacts.refresh([obj._row for obj in self.in_rank_order(new)])
+            self.wakeups.refresh(new)
         for act in transaction.later:
             act()
 
@@ -219,7 +222,7 @@ class World:
         for obj, name in transaction.written:
             flown = transaction.touched[obj].flown if obj in transaction.touched else {}
             if name not in flown or (obj in kept and flown[name] != self.bodies.get(name, obj._row)):
-                self._tell_changed(obj, name)
+                tell_changed(self, obj, name, flown.get(name))
         return {self.bodies.objects[row] for row in rows}
 
     def _restart(self, changed: list[PhysicalObject], transaction: Transaction) -> set[int]:
@@ -395,6 +398,7 @@ class World:
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
+            self.wakeups.refresh(self.bodies.objects[row] for row in stop.rows)
 
     def mark(self, obj: PhysicalObject) -> None:
         """``obj`` is to be planned anew."""
@@ -446,8 +450,11 @@ class World:
 
     def plan(self) -> None:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
-        if not self.dirty:
-            return
+        if self.dirty:
+            self._plan_motion()
+        self.wakeups.plan()
+
+    def _plan_motion(self) -> None:
         self.ranks.freeze_laws(self.laws, self.laws)
         self.ranks.freeze_containers(self.containers)
         self.law_positions = positions(self.laws)
@@ -457,12 +464,12 @@ class World:
         rebased = self._rebase(marked)
         self._store_constant_forces(rebased)
         affected = self._regroup(rebased)
-        self._arm()
         self.ranks.epoch += 1
         self.unplanned.clear()
         self.dirty = False
         if self.contacts is not None and affected:
             self.contacts.refresh([obj._row for obj in affected])
+        self.wakeups.refresh(affected)
 
     def _rebase(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Bring the rows of ``objects`` and their old groups to now, out of their batches."""
@@ -563,45 +570,13 @@ class World:
 
     # Conditions
 
-    def _arm(self) -> None:
-        """Give each armed condition its server."""
-        for container in self.containers:
-            if container not in self.timers and container not in self.spent and self.period_of(container):
-                self.timers[container] = (self.time, 0)
-                self.set_timer(container)
-
-    @staticmethod
-    def period_of(container: LawContainer) -> float:
-        """Time [s] between two calls of a container that waits for time or is polled; 0 if it does neither."""
-        if container.is_polled:
-            return container.period or 0.0
-        return container.condition.seconds if isinstance(container.condition, when.Elapsed) else 0.0
-
-    def set_timer(self, container: LawContainer) -> None:
-        """Put the next call of a waiting container into the queue, if it still waits."""
-        if container not in self.timers:
-            return
-        origin, done = self.timers[container]
-        due = multiple(origin, done + 1, self.period_of(container))
-        rank = (0, self.ranks.container_ranks[container])
-        self.queue.push(Entry(due, START, rank, _Timer(self, container)))
-
     def tell(self, kind: type[when.Condition], fits: Callable[[LawContainer, Any], bool], event: Event) -> None:
         """Queue ``event`` now for every container armed with a condition of ``kind`` that ``fits`` takes."""
-        for container in self.containers:
-            condition = container.condition
-            if isinstance(condition, kind) and container not in self.spent and fits(container, condition):
-                self.posts += 1
-                rank = (1, self.posts, self.ranks.container_ranks.get(container, 0))
-                self.queue.push(Entry(self.time, START, rank, _Delivery(self, container, event)))
+        self.wakeups.tell(kind, fits, event)
 
-    def _tell_changed(self, obj: PhysicalObject, name: str) -> None:
-        laws = self.mapping.laws(obj)
-        self.tell(
-            when.Changed,
-            lambda container, condition: condition.what in ("", name) and any(law in laws for law in container.laws),
-            Event(self.time[0], objects=(obj,), id=name),
-        )
+    def signal(self, container: Any, leaf: when.Condition | None, event: Event) -> None:
+        """``leaf`` fired: let ``container`` fire if that is its condition, or completes it."""
+        signal(self, container, leaf, event)
 
     def fire(self, container: LawContainer, event: Event) -> None:
         """Let ``container`` enforce its laws."""
@@ -612,6 +587,7 @@ class World:
             self.spend(container)
         self.events += 1
         container.laws.sort(key=self.law_order)
+        before = self.acting
         try:
             container.enforce_laws(event)
         except LawFailedError:
@@ -627,7 +603,7 @@ class World:
             )
             raise failure from error
         finally:
-            self.acting = None
+            self.acting = before
 
     def spend(self, container: LawContainer) -> None:
         """``container`` fires no more."""
@@ -653,61 +629,13 @@ class World:
         """The objects of the laws in ``container``, in rank order."""
         return tuple(self.in_rank_order({obj for law in container.laws for obj in self.mapping.objects(law)}))
 
-    def host_step_listeners(self) -> list[LawContainer]:
-        """The containers that ask for host steps."""
-        waiting = (when.Steps, when.ContactStay)
-        return [
-            c
-            for c in self.containers
-            if c not in self.spent
-            and c.laws
-            and (isinstance(c.condition, waiting) or (c.is_polled and c.period is None))
-        ]
+    def host_step_listeners(self, demanding: bool = False) -> list[LawContainer]:
+        """The containers that ask for host steps; ``demanding``: without those that only take what comes."""
+        return steps.listeners(self, demanding)
 
     def host_step(self, number: int, dt: float) -> None:
         """Step ``number`` begins now: call its listeners, who read half a step ahead."""
-        with self.instant() as transaction:
-            for container in sorted(self.host_step_listeners(), key=lambda c: self.ranks.container_ranks.get(c, 0)):
-                condition = container.condition
-                if container.is_polled:
-                    self.poll(container)
-                elif isinstance(condition, when.Steps) and number % (condition.n + 1) == 0:
-                    event = Event(0.0, condition, self.objects_under(container), dt=dt * (condition.n + 1))
-                    if condition.at == "middle":
-                        middle = multiple(self.time, 1, 0.5 * event.dt)
-                        rank = (1, self.posts, self.ranks.container_ranks.get(container, 0))
-                        entry = Entry(middle, START, rank, _Delivery(self, container, event))
-                        transaction.later.append(partial(self._push, entry))
-                    else:
-                        self._step_laws(container, event)
-            if self.contacts is not None and any(
-                isinstance(c.condition, when.ContactStay) for c in self.host_step_listeners()
-            ):
-                self.contacts.host_step()
-
-    def _push(self, entry: Entry) -> None:
-        self.queue.push(entry)
-
-    def _step_laws(self, container: LawContainer, event: Event) -> None:
-        """Fire at the beginning of a step, reading at its middle; what a law stored last time and not now is withdrawn."""
-        assert self.transaction is not None
-        before = {
-            (law, obj): [one for one in self.forces.on(obj) if one.owner is law and one.force.id == self.ident(law)]
-            for law in container.laws
-            for obj in self.mapping.objects(law)
-        }
-        self.ahead = 0.5 * event.dt
-        self.renewed = set()
-        try:
-            self.fire(container, replace(event, time=self.time[0] + self.ahead))
-        finally:
-            self.ahead = 0.0
-        for (law, obj), stale in before.items():
-            if stale and (law, obj) not in self.renewed and obj._row >= 0:
-                self.transaction.touch(obj)
-                held = self.forces.on(obj)
-                held[:] = [one for one in held if one not in stale]
-                self.transaction.forced.add(obj)
+        steps.host_step(self, number, dt)
 
     def ident(self, law: PhysicalLaw) -> str:
         """The id of the forces that ``law`` stores."""
@@ -863,8 +791,11 @@ class World:
 
     def listeners(self, kind: type[when.Condition]) -> list[LawContainer]:
         """The containers that wait for contacts of ``kind``, in rank order."""
-        found = [c for c in self.containers if isinstance(c.condition, kind) and c not in self.spent and c.laws]
-        return sorted(found, key=lambda c: self.ranks.container_ranks.get(c, 0))
+        return list(dict.fromkeys(container for container, _ in self.hearers(kind)))
+
+    def hearers(self, kind: type[when.Condition]) -> list[tuple[LawContainer, when.Condition]]:
+        """Who waits for ``kind``, in rank order, each with its condition of that kind, also one inside a combination."""
+        return [(container, leaf) for container, leaf in self.wakeups.armed.hearers(kind) if container.laws]
 
     def put_reaction(
         self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None
@@ -886,43 +817,6 @@ class World:
     def contact_error(self, message: str) -> ContactError:
         """The error of a contact that cannot be resolved."""
         return ContactError(message)
-
-
-class _Delivery:
-    """An event on its way to a container."""
-
-    def __init__(self, world: World, container: LawContainer, event: Event) -> None:
-        self.world, self.container, self.event = world, container, event
-
-    def __call__(self, entries: list[Entry]) -> None:
-        world = self.world
-        time = self.event.time or world.time[0]
-        world.fire(self.container, replace(self.event, condition=self.container.condition, time=time))
-
-
-class _Timer:
-    """The next call of a container that waits for time."""
-
-    def __init__(self, world: World, container: LawContainer) -> None:
-        self.world, self.container = world, container
-
-    def __call__(self, entries: list[Entry]) -> None:
-        world, container = self.world, self.container
-        if container not in world.containers:
-            return
-        assert world.transaction is not None
-        held = world.timers[container]
-        world.transaction.undo.append(lambda: world.timers.__setitem__(container, held))
-        world.timers[container] = (held[0], held[1] + 1)
-        condition = container.condition
-        if container.is_polled:
-            world.poll(container)
-        else:
-            world.fire(container, Event(world.time[0], condition, world.objects_under(container)))
-        if container.is_polled or getattr(condition, "every", False):
-            world.transaction.later.append(partial(world.set_timer, container))
-        else:
-            world.spend(container)
 
 
 class _ForceEnd:

@@ -9,6 +9,7 @@ from threading import get_ident
 from typing import Any
 
 from xpheve.errors import InvalidValueError, StateError
+from xpheve.laws import conditions as when
 from xpheve.realtime.clock import RealClock
 from xpheve.realtime.inputs import Inputs
 from xpheve.realtime.live import Live, launch
@@ -224,7 +225,9 @@ class Control(Update):
 
     def _suspend(self) -> None:
         check(self, "suspend")
-        self._change_state("suspended")
+        with self._world.instant():
+            self._change_state("suspended")
+            self._tell_paused(when.Paused)
         live = self._live
         if live is not None and not self._running:  # a command of another thread: the clock stood since then
             live.clock.pause(max(self._ordered_at, live.clock.system_at(self._world.time[0])))
@@ -232,11 +235,10 @@ class Control(Update):
     def _resume(self) -> None:
         check(self, "resume")
         live = self._live
-        if live is None:
-            self._change_state("running" if self._running else "ready")
-            return
-        self._change_state("running")
-        if self._running:
+        with self._world.instant():
+            self._change_state("running" if self._running or live is not None else "ready")
+            self._tell_paused(when.Resumed)
+        if live is None or self._running:
             return
         self._note(live, "resume")
         if self._world.time[0] >= live.until:
@@ -245,6 +247,14 @@ class Control(Update):
         live.halted_itself = False
         live.clock.resume(self._ordered_at)
         live.next_due = live.clock.source()
+
+    def _tell_paused(self, kind: type[when.Condition]) -> None:
+        """Tell those who wait for pauses or their ends, and a replay, which has to tell them as well."""
+        wakeups = self._world.wakeups
+        if wakeups.armed.hearers(kind):
+            wakeups.tell_now(kind)
+            if self._live is not None and not self._running:
+                self._note(self._live, kind.__name__)
 
     def _terminate(self) -> None:
         check(self, "terminate")

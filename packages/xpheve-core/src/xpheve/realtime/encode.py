@@ -13,6 +13,7 @@ from xpheve.forces import Force
 from xpheve.laws import LawContainer, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.observers import Observer, Probe
 from xpheve.shapes.base import Shape
 
 
@@ -67,6 +68,11 @@ def encode(engine: Any, value: Any) -> Any:
                 [encode(engine, law) for law in value.laws],
             ]
         }
+    if isinstance(value, Probe):
+        if value.engine is engine:
+            return {"point": value.name}
+        attached = None if value.attached is None else encode(engine, value.attached)
+        return {"new point": [value.kind, value.name, list(value.position), value.radius, attached]}
     if isinstance(value, Shape):
         return {"shape": value.describe()}
     if isinstance(value, when.Condition):
@@ -176,6 +182,17 @@ class Decoder:
         except UnknownLawError:
             found = registry.container(label)
         return found
+
+    def _point(self, name: str) -> Probe:
+        found: Probe | None = self.engine._world.wakeups.points.get(name)
+        if found is None:
+            raise RecordError(f"the inputs name the observer or probe {name!r}, which is not here")
+        return found
+
+    def _new_point(self, given: Any) -> Probe:
+        kind, name, position, radius, attached = given
+        place: dict[str, Any] = {"position": position} if attached is None else {"attached": self(attached)}
+        return Observer(name, radius=radius, **place) if kind == "observer" else Probe(name, **place)
 
     def _shape(self, given: Any) -> Any:
         from xpheve.plan.saved import _revive_shape

@@ -6,6 +6,7 @@ import itertools
 from typing import Any
 
 from xpheve.errors import InvalidValueError, RecordError, StateError
+from xpheve.laws import conditions as when
 from xpheve.realtime.encode import Decoder
 from xpheve.realtime.inputs import Input, Inputs
 from xpheve.steppers.contract import Settings
@@ -46,11 +47,14 @@ def _give(engine: Any, group: list[Input], classes: tuple[type[Any], ...]) -> No
         except Exception:
             if not failed:
                 raise
+    world = engine._world
     for one in group:
         if one.door == "failed":
             engine._state = "suspended"
         elif one.door == "resume":
             engine._state = "running"
+        elif one.door in ("Paused", "Resumed"):
+            world.wakeups.tell_now(getattr(when, one.door))
         else:
             _do(engine, one, classes)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from xpheve.laws import conditions as when
 from xpheve.realtime.encode import encode
 from xpheve.realtime.idle import still_until
 from xpheve.realtime.inputs import Input, Inputs
@@ -38,6 +39,7 @@ class Update:
         def _pass_time(self, end: Instant) -> bool: ...
         def _check_contacts_of_steps(self, dt: float | None) -> None: ...
         def _check_own(self, obj: PhysicalObject) -> None: ...
+        def _tell_paused(self, kind: type[when.Condition]) -> None: ...
         def _take_up(self, saved: Any) -> None: ...
 
     def _prepare_control(self) -> None:
@@ -109,6 +111,11 @@ class Update:
             self._running = False
         if self._state == "running" and world.time[0] >= live.until:
             self._state = "suspended"
+            try:
+                self._tell_paused(when.Paused)
+            except BaseException as error:
+                self._fail(live, error)
+                return
         if self._state != "running":
             live.halted_itself = True
             clock.pause(clock.system_at(world.time[0]))

@@ -18,12 +18,14 @@ from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, conditions
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.observers import Observer, Probe
 from xpheve.scene.hold import UNIT_LENGTH, take_hold
 from xpheve.scene.model import SHAPES, ConditionTable, LawTable, ObjectTable, RunTable, check_scene, near
 from xpheve.scene.names import Names
 from xpheve.scene.paths import inside
 from xpheve.scene.quantities import number
 from xpheve.scene.source import Path_, Source, clip, read_source, show
+from xpheve.scene.wakeups import CONDITIONS, KEYS, make_point, read_region, required
 from xpheve.shapes import CORE as CORE_SHAPES
 from xpheve.shapes import Compound, Hull, Part, Plane, Shape
 
@@ -32,12 +34,6 @@ if TYPE_CHECKING:
     from xpheve.plugins.registry import Registry
 
 assert CORE_SHAPES.keys() == SHAPES.keys()
-
-CONDITIONS: dict[str, type[conditions.Condition]] = {
-    kind.__name__: kind
-    for kind in vars(conditions).values()
-    if isinstance(kind, type) and issubclass(kind, conditions.Condition) and kind is not conditions.Condition
-}
 
 LONGEST_TEXT = 2000  # characters of an error; a file may name things that have thousands
 SHORTEST_PERIOD = 1e-9  # [s] a clock that ticks faster is a slip of the pen, and its run would not end in a lifetime
@@ -160,11 +156,16 @@ class _Building:
             )
         self.registry = self.engine.registry
         self.unnamed: dict[Any, LawContainer] = {}
-        self.containers = [self._container(place) for place in range(len(table.containers))]
-        self.laws: list[PhysicalLaw | None] = [self._law(place) for place in range(len(table.laws))]
+        self.laws: list[PhysicalLaw | None] = []
+        # Conditions name objects, and what columns mean is said by laws: so objects first, their columns last.
         self.mapped = self._mapping()
         self.objects = [self._object(place) for place in range(len(table.objects))]
+        self.points = self._points()
+        self.containers = [self._container(place) for place in range(len(table.containers))]
+        self.laws += [self._law(place) for place in range(len(table.laws))]
+        self._set_columns()
         self._add_objects()
+        self._add_points()
         self._set_between()
         self._add_forces()
         self._drive()
@@ -243,25 +244,84 @@ class _Building:
                 (*path, "kind"),
                 f"no condition is called so.{near(table.kind, CONDITIONS)} Conditions: {', '.join(CONDITIONS)}",
             )
-        declared = {field.name: str(field.type) for field in fields(kind)}
+        declared = {KEYS.get(field.name, field.name): str(field.type) for field in fields(kind) if field.init}
+        own = {key: name for name, key in KEYS.items()}
         given: dict[str, Any] = {}
         for key, value in (table.model_extra or {}).items():
             if key not in declared:
                 keys = ["kind", *declared]
                 raise self.source.error((*path, key), f"unknown key.{near(key, keys)} Keys here: {', '.join(keys)}")
             try:
-                given[key] = _plain(value, declared[key])
+                given[own.get(key, key)] = self._field(key, value, declared[key], (*path, key))
             except ValueError as wrong:
+                if isinstance(wrong, SceneError):
+                    raise
                 raise self.source.wrong((*path, key), str(wrong)) from None
-        for field in fields(kind):
-            if field.name == "seconds" and "seconds" not in given:
-                raise self.source.error(path, f"the key seconds is missing: {kind.__name__} waits for a length of time")
+        for key in required(kind):
+            if key not in given:
+                said = (
+                    f"{kind.__name__} waits for a length of time" if key == "seconds" else f"{kind.__name__} needs it"
+                )
+                raise self.source.error(path, f"the key {KEYS.get(key, key)} is missing: {said}")
         if given.get("every") and 0.0 < given.get("seconds", 1.0) < SHORTEST_PERIOD:
             raise self.source.wrong(
                 (*path, "seconds"), f"a scene file's clocks tick at most once in {SHORTEST_PERIOD} s; give it longer"
             )
         with self._blame(path):
-            return kind(**given)
+            return kind(*given.pop("of", ()), **given)
+
+    def _field(self, key: str, value: Any, declared: str, path: Path_) -> Any:
+        """The value of a condition's field; ValueError says what is needed."""
+        if key == "of":
+            if not isinstance(value, list) or not all(
+                isinstance(one, dict) and isinstance(one.get("kind"), str) for one in value
+            ):
+                raise ValueError('a list of conditions is needed: [{ kind = "Posted" }, { kind = "Steps" }]')
+            return [self._condition(ConditionTable(**one), (*path, k)) for k, one in enumerate(value)]
+        if key == "region":
+            return read_region(value)
+        if key == "expression":
+            raise ValueError(
+                "a Python function is needed, which a scene file cannot say; add this container by a script"
+            )
+        if key == "match":
+            return value
+        if key in ("obj", "a", "b", "probe"):
+            if not isinstance(value, str):
+                raise ValueError(
+                    "the name of an object is needed" if key != "probe" else "the name of an object or probe is needed"
+                )
+            if key == "probe" and value in self.points:
+                return self.points[value]
+            return self.objects[self._find(self.object_names, value, path, "object")]
+        return _plain(value, declared)
+
+    def _points(self) -> dict[str, Probe]:
+        """Observers and probes, in no engine yet."""
+        found: dict[str, Probe] = {}
+        for key, kind in (("observers", Observer), ("probes", Probe)):
+            for place, table in enumerate(getattr(self.table, key)):
+                path: Path_ = (key, place)
+                attached = None
+                if table.attached is not None:
+                    if table.position is not None:
+                        raise self.source.error(path, "give position or attached, not both")
+                    attached = self.objects[
+                        self._find(self.object_names, table.attached, (*path, "attached"), "object")
+                    ]
+                with self._blame(path):
+                    found[table.name] = make_point(kind, table, attached)
+        return found
+
+    def _add_points(self) -> None:
+        for key in ("observers", "probes"):
+            for place, table in enumerate(getattr(self.table, key)):
+                point = self.points[table.name]
+                with self._blame((key, place)):
+                    if isinstance(point, Observer):
+                        self.engine.add_observer(point)
+                    else:
+                        self.engine.add_probe(point)
 
     def _container_class(self, id: str, path: Path_) -> type[LawContainer]:
         if not id:
@@ -379,7 +439,6 @@ class _Building:
     def _object(self, place: int) -> PhysicalObject:
         table, path = self.table.objects[place], ("objects", place)
         shape = None if table.shape is None else self._shape(table.shape, (*path, "shape"))
-        columns = self._columns(place, table)
         with self._blame(path):
             obj = PhysicalObject(
                 shape,
@@ -393,10 +452,15 @@ class _Building:
                 angular_velocity=table.angular_velocity,
                 inertia=table.inertia,
                 fixed=table.fixed,
-                **columns,
             )
         _keep_bits(obj, table)
         return obj
+
+    def _set_columns(self) -> None:
+        for place, table in enumerate(self.table.objects):
+            for name, value in self._columns(place, table).items():
+                with self._blame(("objects", place)):
+                    self.objects[place][name] = value
 
     def _shape(self, table: Any, path: Path_) -> Shape:
         if table.kind == "compound":

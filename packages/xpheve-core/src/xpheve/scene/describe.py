@@ -16,7 +16,7 @@ def schema(registry: Registry | None = None) -> dict[str, Any]:
     """Return the JSON schema of scene files, with the parameters of all laws at hand, read from manifests."""
     from xpheve.plugins.registry import Registry
     from xpheve.plugins.spec import json_schema_of
-    from xpheve.scene.build import CONDITIONS
+    from xpheve.scene.wakeups import CONDITIONS
 
     def law(info: LawInfo) -> dict[str, Any]:
         own = {param.name: json_schema_of(param) for param in info.spec.params}

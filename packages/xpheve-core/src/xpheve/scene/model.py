@@ -400,6 +400,20 @@ class LawTable(BaseModel):
     condition: ConditionTable | None = None
 
 
+class ProbeTable(Table):
+    """A point that the host moves, or that rides on an object."""
+
+    name: str
+    position: Annotated[Vec, quantities("m")] | None = None
+    attached: str | None = None
+
+
+class ObserverTable(ProbeTable):
+    """A probe with a volume in which laws are awake."""
+
+    radius: Annotated[float, quantity("m", _no_less_than_0, ge=0.0)] = 0.0
+
+
 class RunTable(Table):
     """What ``xpheve run`` does where its options do not say otherwise."""
 
@@ -422,13 +436,21 @@ class SceneTable(Table):
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]
     laws: Annotated[list[LawTable], Field(default_factory=list)]
     objects: Annotated[list[ObjectTable], Field(default_factory=list)]
+    observers: Annotated[list[ObserverTable], Field(default_factory=list)]
+    probes: Annotated[list[ProbeTable], Field(default_factory=list)]
     schema_file: Annotated[str, Field(alias="$schema")] = ""
 
 
 def check_scene(source: Source) -> SceneTable:
     """Return the tables of ``source``. Raises `SceneError` for the first thing in it that is wrong."""
     _check_version(source)
-    for key, most in (("objects", MOST_OBJECTS), ("laws", MOST_LAWS), ("containers", MOST_LAWS)):
+    for key, most in (
+        ("objects", MOST_OBJECTS),
+        ("laws", MOST_LAWS),
+        ("containers", MOST_LAWS),
+        ("observers", MOST_LAWS),
+        ("probes", MOST_LAWS),
+    ):
         rows = source.data.get(key)
         if isinstance(rows, list) and len(rows) > most:
             raise source.error(
@@ -521,6 +543,8 @@ def keys_of(path: Path_, source: Source) -> list[str]:
         "forces": ForceTable,
         "arrival": ArrivalTable,
         "parts": PartTable,
+        "observers": ObserverTable,
+        "probes": ProbeTable,
     }
     last = names[-1] if names else ""
     if last == "shape":

@@ -12,7 +12,6 @@ import os
 import re
 import warnings
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +19,10 @@ from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.kernels.clock import elapsed
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
 from xpheve.objects import PhysicalObject, moments_of
+from xpheve.observers import Probe
 from xpheve.scene.names import Names
 from xpheve.scene.source import form_of, show
+from xpheve.scene.wakeups import write_condition, write_point
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
@@ -138,6 +139,8 @@ class _Tables:
             ("containers", [self.container(one) for one in self.shared]),
             ("laws", [self.law(one) for one in self.laws]),
             ("objects", [self.object(one) for one in self.objects]),
+            ("observers", [write_point(one, lambda obj: self._called(obj, "observer")) for one in engine.observers]),
+            ("probes", [write_point(one, lambda obj: self._called(obj, "probe")) for one in engine.probes]),
         ):
             if rows:
                 tables[key] = rows
@@ -208,24 +211,25 @@ class _Tables:
         return table
 
     def _condition(self, condition: Any, label: str) -> Plain:
-        from xpheve.laws import conditions
+        return write_condition(condition, label, lambda thing: self._called(thing, label))
 
-        kind = type(condition)
-        if getattr(conditions, kind.__name__, None) is not kind:
-            raise SceneError(
-                f"{label}: its condition {condition} is none of xpheve.when, so a scene file cannot say it"
-            )
-        table: Plain = {"kind": kind.__name__}
-        for field in fields(condition):
-            value = getattr(condition, field.name)
-            if value == field.default and type(value) is type(field.default):
-                continue
-            if not isinstance(value, (bool, int, float, str)):
+    def _called(self, thing: Any, label: str) -> str:
+        """The name by which the file knows what a condition or observer names."""
+        if isinstance(thing, Probe):
+            if thing.engine is not self.engine:
+                raise SceneError(f"{label}: {thing!r} is not in this engine; add it, or take it out of the condition")
+            return thing.name
+        places: dict[Any, int] = self.law_places if isinstance(thing, PhysicalLaw) else self.object_places
+        if thing not in places:
+            raise SceneError(f"{label}: {thing!r} is not in this engine; add it, or take it out of the condition")
+        if isinstance(thing, PhysicalLaw):
+            same = [law for law in self.laws if law.label() == thing.label()]
+            if not thing.name and len(same) > 1:
                 raise SceneError(
-                    f"{label}: {field.name} = {value!r} of its condition: a scene file has numbers and texts only"
+                    f"{label}: its condition names one of {len(same)} laws {thing.label()}; give it a name"
                 )
-            table[field.name] = float(value) if str(field.type) == "float" else value
-        return table
+            return thing.name or thing.label()
+        return self.object_names.called(places[thing])
 
     def _check_offered(self, kind: str, thing: Any, label: str) -> None:
         """Raise unless a pack offers the class of ``thing`` under its id, so that a file can name it."""

@@ -1,0 +1,128 @@
+"""Quantities that are followed along flights: being inside a region, the sign of an expression, being at rest."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+from xpheve.events import AFTER, START, Entry
+from xpheve.kernels.clock import NEVER
+from xpheve.laws import conditions as when
+from xpheve.laws.conditions import Condition
+from xpheve.observers import Probe
+from xpheve.plan.wakeups.inside import State, inside
+from xpheve.plan.wakeups.motion import Motion, Subject, is_still
+from xpheve.regions import Region
+
+FIRST = 1.0  # [s] the first window of a flight
+
+
+class Record:
+    """What is known of one subject: the state last told, and where its windows stand."""
+
+    __slots__ = ("begin", "entry", "passed", "start", "state", "wish")
+
+    def __init__(self, state: Any = None) -> None:
+        self.state = state
+        self.begin: tuple[float, float] | None = None
+        """The flight that the window belongs to, by its beginning."""
+        self.start, self.wish = 0.0, FIRST
+        self.passed: tuple[tuple[float, float], float] | None = None
+        """Beginning of the flight and time since then [s] of the last change, which rounding must not undo."""
+        self.entry: Entry | None = None
+
+
+class Outlook(NamedTuple):
+    """From when [s] since the motion began which state holds, until ``end``; then it is to be looked at again, if at all."""
+
+    states: list[State]
+    end: float = NEVER[0]
+    wish: float = FIRST
+
+
+class Watch(ABC):
+    """One quantity, followed for any number of subjects, whoever asks for it."""
+
+    stage = START
+
+    def __init__(self, world: Any) -> None:
+        self.world = world
+        self.records: dict[Subject, Record] = {}
+
+    @abstractmethod
+    def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
+        """What holds when; ``now`` [s] since the motion began."""
+
+
+class InsideWatch(Watch):
+    """Being inside a region: the centre, or with ``volume`` any part of the sphere about it."""
+
+    def __init__(self, world: Any, region: Region, volume: bool) -> None:
+        super().__init__(world)
+        self.region, self.volume = region, volume
+
+    def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
+        radius = subject.radius if self.volume and isinstance(subject, Probe) else 0.0
+        return Outlook(inside(self.region, radius, motion.x, motion.v, motion.a, motion.span))
+
+
+class SleepWatch(Watch):
+    """Being at rest."""
+
+    stage = AFTER
+
+    def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
+        return Outlook([(now, is_still(self.world, subject))])  # type: ignore[arg-type]
+
+
+ROUNDING = 1e-14  # of the coordinates: a way so short is no way
+
+
+def next_change(states: list[State], motion: Motion, now: float, told: Any) -> State | None:
+    """When a state other than ``told`` begins, at ``now`` at the earliest; None if it does not. A sign of 0 is unknown.
+
+    A state other than ``told`` that begins with a new flight and is over within rounding of the position is none: a flight that
+    begins on an edge may begin a unit on the wrong side of it.
+    """
+    here = max((k for k, (start, _) in enumerate(states) if start <= now), default=0)
+    for k in range(here, len(states)):
+        start, state = states[k]
+        if state == told or (state == 0 and not isinstance(state, bool)):
+            continue
+        over = k == here and k + 1 < len(states) and states[k + 1][1] == told
+        if over and _is_rounding(motion, now, states[k + 1][0]):
+            continue
+        return max(start, now), state
+    return None
+
+
+def _is_rounding(motion: Motion, low: float, high: float) -> bool:
+    for x, v, a in zip(motion.x, motion.v, motion.a, strict=True):
+        way = (high - low) * (v + 0.5 * (high + low) * a)
+        if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
+            return False
+    return True
+
+
+def watch_key(leaf: Condition) -> tuple[Any, ...] | None:
+    """What has to be followed for ``leaf``; None for conditions of other kinds."""
+    if isinstance(leaf, (when.RegionActive, when.RegionInactive)):
+        return "volume", leaf.region
+    if isinstance(leaf, (when.ObserverEnter, when.ObserverExit, when.ProbeEnter, when.ProbeExit)):
+        return "inside", leaf.region
+    if isinstance(leaf, when.Crosses):
+        return "crosses", leaf.expression
+    if isinstance(leaf, (when.Asleep, when.Awake)):
+        return ("rest",)
+    return None
+
+
+def make_watch(world: Any, key: tuple[Any, ...]) -> Watch:
+    """The watch for ``key``."""
+    if key[0] == "crosses":
+        from xpheve.plan.wakeups.cross_watch import CrossWatch  # brings numpy.polynomial along: only who asks pays
+
+        return CrossWatch(world, key[1])
+    if key[0] == "rest":
+        return SleepWatch(world)
+    return InsideWatch(world, key[1], key[0] == "volume")
