@@ -107,7 +107,7 @@ def test_contacts_may_be_those_of_one_object_or_of_two(engine: xp.PhysicsEngine)
 
 def test_wakeup_on_collision_movement(engine: xp.PhysicsEngine) -> None:
     stay, moving = listen(engine, when.ContactStay()), listen(engine, when.ContactStay(moving=True))
-    a, b, *_ = touching(engine, stay, moving)
+    a, *_ = touching(engine, stay, moving)
     engine.run(until=0.5, dt=0.25)
     assert len(stay.events) == 2 and moving.events == []
     a.angular_velocity = (1, 0, 0)
