@@ -144,3 +144,18 @@ def test_the_error_of_a_force_that_is_not_finite_says_why() -> None:
         engine.add_object(body, laws=[engine.add_law(Hungry)])
         with pytest.raises(LawFailedError, match=said):
             engine.run(until=1.0, dt=0.1)
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (None, r"test:burst.jumps\(0.0\) raised TypeError"),
+        ((math.nan,), r"test:burst.jumps\(0.0\) gave \[nan\]: simulation times"),
+    ],
+)
+def test_jumps_that_are_no_times_are_an_error_that_names_the_law(answer: Any, said: str) -> None:
+    kind = type("Wrong", (Burst,), {"jumps": lambda self, since: answer})
+    engine = xp.PhysicsEngine()
+    engine.add_object(xp.PhysicalObject(), laws=[engine.add_law(kind)])
+    with pytest.raises(LawFailedError, match=said):
+        engine.run(until=1.0, dt=0.1)

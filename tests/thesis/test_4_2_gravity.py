@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import xpheve as xp
+from xpheve_laws_basic.planets import SURFACE_GRAVITY
 
 
 @pytest.fixture
@@ -108,3 +111,45 @@ def test_4_2_2_two_gravity_laws_have_ids_of_their_own(engine: xp.PhysicsEngine) 
     assert len({force.id for force in body.forces}) == 2
     engine.unmap(body, moon)
     assert gravity_on(body) == [(0, -9.8, 0)]
+
+
+@pytest.mark.parametrize("world", ["Earth", "Moon", "Mars", "Jupiter"])
+def test_4_2_other_planets_are_the_same_law_with_their_acceleration(world: str) -> None:
+    engine = xp.PhysicsEngine()
+    engine.add_law("basic:planet_gravity", acceleration=SURFACE_GRAVITY[world], name="gravity")
+    body = engine.add_object(xp.PhysicalObject(mass=2.5, position=(0, 10, 0)), laws=["gravity"])
+    engine.run(until=1.0)
+    assert body.position[1] == pytest.approx(10 - 0.5 * SURFACE_GRAVITY[world], rel=1e-15)
+
+
+def test_4_2_universal_gravity_near_the_ground_is_planet_gravity() -> None:
+    mass, radius = 5.9722e24, 6.371e6
+    engine = xp.PhysicsEngine()
+    earth = engine.add_object(xp.PhysicalObject(mass=mass, fixed=True))
+    apple = engine.add_object(xp.PhysicalObject(position=(0, radius + 10, 0)))
+    engine.add_law("basic:universal_gravity", between=([earth], [apple]))
+    engine.run(until=1.0, dt=0.01)
+    g = 6.67430e-11 * mass / (radius + 10) ** 2
+    assert apple.velocity[1] == pytest.approx(-g, rel=2e-6)  # g grows by 2 h/R over the way of 5 m
+    assert g == pytest.approx(SURFACE_GRAVITY["Earth"], rel=3e-3)
+
+
+def test_4_2_a_black_hole_pulls_harder_than_newton_and_lets_nothing_back() -> None:
+    accelerations = []
+    for law, given in (
+        ("basic:universal_gravity", {}),
+        ("basic:black_hole_gravity", {"mass": 1.0, "speed_of_light": math.sqrt(20.0)}),
+    ):
+        engine = xp.PhysicsEngine()
+        hole = engine.add_object(xp.PhysicalObject(mass=1.0, fixed=True))
+        body = engine.add_object(xp.PhysicalObject(position=(0.5, 0, 0)))
+        between = {"between": ([hole], [body])} if law == "basic:universal_gravity" else {}
+        made = engine.add_law(law, gravitational_constant=1.0, **given, **between)
+        if not between:
+            engine.map(body, made)
+        engine.run(until=1e-4, dt=1e-5)
+        accelerations.append(-body.velocity[0] / 1e-4)
+    assert accelerations[0] == pytest.approx(1 / 0.5**2, rel=1e-6)
+    assert accelerations[1] == pytest.approx(1 / 0.4**2, rel=1e-6)  # r_s = 0.1 m
+    with pytest.raises(xp.errors.LawFailedError, match="Schwarzschild radius"):
+        engine.run(until=10.0, dt=1e-3)

@@ -19,7 +19,8 @@ class Thrust(FieldLaw):
     Holds for an engine whose line of thrust goes through the centre of mass, so that it turns nothing, and whose propellant is light
     beside the body: the mass stays. The clock of each object begins when it comes under the law (``engine.map``, or the
     start of a scene in which it is mapped), or when the law is enabled: it burns from ``delay`` to ``delay + duration`` after
-    that. To burn again, disable and enable the law, or unmap the object and map it again.
+    that. To burn again, disable and enable the law, or unmap the object and map it again. A
+    checkpoint goes on in the midst of a burn; a scene file begins at time 0, and the burn with it.
 
     Both instants are exact, also inside a step: steps end there (``jumps``). The impulse on a body that does not turn is f times
     duration, to rounding, whatever the step.

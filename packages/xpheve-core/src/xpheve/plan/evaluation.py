@@ -143,6 +143,17 @@ class Evaluator:
         return np.broadcast_to(result, (len(rows), 1))[:, 0]
 
 
+def _jumps_of(law: ContinuousLaw, since: float) -> list[float]:
+    """When [s] the force of ``law`` on an object that came under it at ``since`` jumps; raises `LawFailedError`."""
+    try:
+        times = [float(time) for time in law.jumps(since)]
+    except Exception as error:
+        raise LawFailedError(f"{law.label()}.jumps({since}) raised {type(error).__name__}: {error}", law) from error
+    if any(map(math.isnan, times)):
+        raise LawFailedError(f"{law.label()}.jumps({since}) gave {times}: simulation times [s] are needed", law)
+    return times
+
+
 def _volume_of(obj: PhysicalObject) -> float:
     """Volume [m^3] of the shape; NaN where there is none, or no end to it."""
     volume = math.nan if obj.shape is None else obj.shape.volume
@@ -206,7 +217,7 @@ class BatchSources:
         for law in self.laws:
             if law.defines("jumps"):
                 began = {since(law, obj) for obj in objects if law in self.world.mapping.laws(obj)}
-                found.update(time for one in began for time in law.jumps(one))
+                found.update(time for one in sorted(began) for time in _jumps_of(law, one))
         return sorted(found)
 
     def wall(self, t: Instant, wall: Instant) -> Instant:
