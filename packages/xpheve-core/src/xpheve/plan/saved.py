@@ -66,6 +66,7 @@ def save(world: World, started: bool) -> Saved:
     laws, containers = list(world.laws), list(world.containers)
     number = {law: k for k, law in enumerate(laws)}
     owner: dict[Any, Any] = {None: "user"} | dict(number)
+    shapes: dict[int, Header] = {}  # a shape that many objects share is described once
     header: Header = {
         "format": "xpheve checkpoint",
         "version": VERSION,
@@ -86,7 +87,7 @@ def save(world: World, started: bool) -> Saved:
         "unplanned": [obj.serial for obj in world.unplanned],
         "laws": [_law(world, law) for law in laws],
         "containers": [_container(world, container, number) for container in containers],
-        "objects": [_object(world, obj, number) for obj in bodies.objects],
+        "objects": [_object(world, obj, number, shapes) for obj in bodies.objects],
         "forces": [
             [
                 obj.serial,
@@ -156,11 +157,13 @@ def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, 
     }
 
 
-def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -> Header:
+def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int], shapes: dict[int, Header]) -> Header:
+    if obj.shape is not None and id(obj.shape) not in shapes:
+        shapes[id(obj.shape)] = obj.shape.describe()
     return {
         "serial": obj.serial,
         "name": obj.name,
-        "shape": None if obj.shape is None else obj.shape.describe(),
+        "shape": None if obj.shape is None else shapes[id(obj.shape)],
         "rank": obj.rank,
         "columns": dict(obj._columns),
         "laws": [[number[law], since] for law, since in world.mapping.laws(obj).items()],
