@@ -87,6 +87,7 @@ def save(world: World, started: bool) -> Saved:
     number = {law: k for k, law in enumerate(laws)}
     owner: dict[Any, Any] = {None: "user"} | dict(number)
     writer = Writer(world, laws, containers)
+    described: dict[int, Header] = {}  # a shape that many objects share is described once
     header: Header = {
         "format": "xpheve checkpoint",
         "version": VERSION,
@@ -108,7 +109,7 @@ def save(world: World, started: bool) -> Saved:
         "unplanned": [obj.serial for obj in world.unplanned],
         "laws": [_law(world, law) for law in laws],
         "containers": [_container(world, container, number, writer) for container in containers],
-        "objects": [_object(world, obj, number) for obj in bodies.objects],
+        "objects": [_object(world, obj, number, described) for obj in bodies.objects],
         "forces": [
             [
                 obj.serial,
@@ -178,11 +179,13 @@ def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, 
     }
 
 
-def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -> Header:
+def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int], described: dict[int, Header]) -> Header:
+    if obj.shape is not None and id(obj.shape) not in described:
+        described[id(obj.shape)] = obj.shape.describe()
     return {
         "serial": obj.serial,
         "name": obj.name,
-        "shape": None if obj.shape is None else obj.shape.describe(),
+        "shape": None if obj.shape is None else described[id(obj.shape)],
         "density": obj._density,
         "kind": "" if type(obj) is PhysicalObject else type(obj).__qualname__,
         "rank": obj.rank,
