@@ -1,0 +1,24 @@
+"""The contact server: finds impacts through core's queue, answers them in generations, and keeps what rests at rest.
+
+Its rooms, each building on those before: `pairs` (who stands how to whom), `telling` (listeners), `standing` (what rests), `instant`
+(impacts of one instant), `prediction` (what is next), `saving`.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from xpheve_laws_collision.server.saving import Saving
+
+
+class ExactServer(Saving):
+    """Contacts of spheres, points and planes at their exact instants.
+
+    A pair is open (its closing is predicted), *touching* (in ``touching``), *inside* (overlapping with nobody to answer), collapsing
+    towards rest (in ``collapsing``), or a support (in ``supports``), whose normal coordinate is set and not tested.
+    """
+
+    id: ClassVar[str] = "collision:exact_server"
+
+
+__all__ = ["ExactServer"]
