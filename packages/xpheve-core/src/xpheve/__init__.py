@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         Param,
         PhysicalLaw,
         ResponseLaw,
+        Velocities,
     )
     from xpheve.laws import conditions as when
     from xpheve.objects import PhysicalObject
@@ -47,6 +48,7 @@ _HOMES = {
             "Param",
             "PhysicalLaw",
             "ResponseLaw",
+            "Velocities",
         ),
         "laws",
     ),
@@ -73,6 +75,7 @@ __all__ = [
     "ResponseLaw",
     "Shape",
     "Sphere",
+    "Velocities",
     "errors",
     "hookimpl",
     "when",

@@ -148,6 +148,7 @@ def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, 
         "condition": None
         if condition is None
         else [type(condition).__name__, {f.name: getattr(condition, f.name) for f in dataclasses.fields(condition)}],
+        "parameters": dict(container.parameters),
         "laws": [number[law] for law in container.laws],
         "rank": world.ranks.container_ranks.get(container),
         "timer": world.timers.get(container),
@@ -284,7 +285,7 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
     if entry["condition"] is not None:
         name, values = entry["condition"]
         condition = getattr(when, name)(**values)
-    container: LawContainer = kind(condition, name=entry["name"])
+    container: LawContainer = kind(condition, name=entry["name"], **entry.get("parameters", {}))
     container.firings, container.detections = entry["counts"]
     return container
 

@@ -613,9 +613,10 @@ class World:
         if self.transaction is not None:
             self.transaction.undo.append(lambda: self.spent.discard(container))
 
-    def poll(self, container: LawContainer) -> None:
-        """Ask a container that detects for itself."""
+    def poll(self, container: LawContainer, span: float) -> None:
+        """Ask a container that detects for itself, ``span`` [s] before the next time."""
         container.detections += 1
+        container.span = span
         try:
             event = container.detect()
         except Exception as error:
@@ -648,7 +649,7 @@ class World:
             for container in sorted(self.host_step_listeners(), key=lambda c: self.ranks.container_ranks.get(c, 0)):
                 condition = container.condition
                 if container.is_polled:
-                    self.poll(container)
+                    self.poll(container, dt)
                 elif isinstance(condition, when.Steps) and number % (condition.n + 1) == 0:
                     event = Event(0.0, condition, self.objects_under(container), dt=dt * (condition.n + 1))
                     if condition.at == "middle":
@@ -822,12 +823,12 @@ class World:
         return UP[self.up]
 
     def response_law(self, a: PhysicalObject, b: PhysicalObject) -> tuple[ResponseLaw, Instant] | None:
-        """The enabled response law that both obey, and since when."""
+        """The enabled response law that both obey and that waits for contacts, and since when."""
         laws_a, laws_b = self.mapping.laws(a), self.mapping.laws(b)
         if len(laws_a) > len(laws_b):
             laws_a, laws_b = laws_b, laws_a
         for law, since in laws_a.items():
-            if isinstance(law, ResponseLaw) and law.enabled and law in laws_b:
+            if isinstance(law, ResponseLaw) and law.enabled and law in laws_b and _waits_for_contacts(law):
                 return law, max(since, laws_b[law])
         return None
 
@@ -886,7 +887,7 @@ class _Timer:
         world.timers[container] = (held[0], held[1] + 1)
         condition = container.condition
         if container.is_polled:
-            world.poll(container)
+            world.poll(container, world.period_of(container))
         else:
             world.fire(container, Event(world.time[0], condition, world.objects_under(container)))
         if container.is_polled or getattr(condition, "every", False):
@@ -903,6 +904,11 @@ class _ForceEnd:
 
     def __call__(self, entries: list[Entry]) -> None:
         self.world.end_forces([(self.obj, self.stored)])
+
+
+def _waits_for_contacts(law: PhysicalLaw) -> bool:
+    """Whether ``law`` is in a container that the contact server serves; a polled one finds contacts itself."""
+    return any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
 
 
 def _asks_for(ident: Any, container: LawContainer, condition: Any) -> bool:

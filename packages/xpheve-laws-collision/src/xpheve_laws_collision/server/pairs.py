@@ -19,7 +19,12 @@ from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, fl
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
+DRIVEN = hasattr(PhysicalObject, "driven")
 TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "told")
+
+
+ROUND = ("sphere", "plane")
+"""Shapes whose normals at contacts give no spin."""
 
 
 class _Point:
@@ -54,6 +59,8 @@ class Pairs(ContactServer):
         """When a pair whose flights go on unchanged last met or parted: what comes next is looked for from there."""
         self.parting: list[tuple[Pair, Gap, float]] = []
         """Pairs that came apart at this instant, still to be told."""
+        self.given: dict[Pair, float] = {}
+        """Sizes [N s] of the impulses of the instant that is being told."""
         self.queued: dict[Pair, Entry] = {}
         """The last entry of each pair, so that none is queued twice."""
         self.swept: Instant = NEVER
@@ -113,13 +120,42 @@ class Pairs(ContactServer):
         s = elapsed(t, flight.t0)
         x, v, a = flight.position, flight.velocity, flight.acceleration
         half = 0.5 * s
+        shape = self._shape(obj)
+        turning: tuple[Any, ...] = ()
+        orientation: Any = self.world.bodies.get("orientation", obj._row)
+        if shape.kind not in ROUND:
+            row, bodies = obj._row, self.world.bodies
+            orientation, spin = (self.world.read_row(row, name, t) for name in ("orientation", "angular_velocity"))
+            driven = immovable(obj)
+            turning = (spin, (0.0, 0.0, 0.0) if driven else bodies.get("inertia", row), bodies.get("torque", row))
         return Mover(
             (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2])),
             (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
             a,
-            self.world.bodies.get("orientation", obj._row),
-            self._shape(obj),
+            orientation,
+            shape,
+            *turning,
         )
+
+    def _points(self, pair: Pair, t: Instant) -> list[Gap]:
+        """The points at which ``pair`` touches; the deepest if none does any more, by rounding."""
+        a, b = pair
+        family, swapped = self._family(a, b)
+        one, two = (b, a) if swapped else (a, b)
+        found = family.points(self._mover(one, t), self._mover(two, t))
+        if swapped:
+            found = [flipped(gap) for gap in found]
+        return found or [self._gap(pair, t)]
+
+    def _response(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Any, Instant] | None:
+        """The law that answers contacts of the two, and since when; none if neither can be moved."""
+        if immovable(a) and immovable(b):
+            return None
+        found: tuple[Any, Instant] | None = self.world.response_law(a, b)
+        return found
+
+    def _answered(self, pair: Pair) -> bool:
+        return self._response(*pair) is not None
 
     def _gap(self, pair: Pair, t: Instant) -> Gap:
         a, b = pair
@@ -132,7 +168,7 @@ class Pairs(ContactServer):
         """Since when somebody asks for contacts of ``pair``; None if nobody does."""
         a, b = pair
         since: Instant | None = None
-        found = self.world.response_law(a, b)
+        found = self._response(a, b)
         if found is not None:
             since = found[1]
         for law, mapped in self._heard_laws(a).items():
@@ -202,11 +238,16 @@ def _is_known(kind: str, other: str) -> bool:
     return True
 
 
-def contact_of(pair: Pair, gap: Gap, approach: float) -> Contact:
+def contact_of(pair: Pair, gap: Gap, approach: float, impulse: float = math.nan) -> Contact:
     """What listeners and laws are told of ``pair``."""
-    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach)
+    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach, impulse)
+
+
+def immovable(obj: PhysicalObject) -> bool:
+    """Whether no impulse moves ``obj``: it is fixed, or the host drives it."""
+    return bool(obj.fixed or (DRIVEN and obj.driven))
 
 
 def kinetic(obj: PhysicalObject, velocity: Vec) -> float:
-    """Kinetic energy [J] of the centre of mass; 0 for what is fixed."""
-    return 0.0 if obj.fixed else 0.5 * obj.mass * math.fsum(c * c for c in velocity)
+    """Kinetic energy [J] of the centre of mass; 0 for what no impulse moves."""
+    return 0.0 if immovable(obj) else 0.5 * obj.mass * math.fsum(c * c for c in velocity)

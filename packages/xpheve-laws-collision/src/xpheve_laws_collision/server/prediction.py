@@ -144,7 +144,7 @@ class Prediction(Standing):
     def _next_impact(
         self, pair: Pair, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float
     ) -> tuple[float, Any]:
-        answered = self.world.response_law(*pair) is not None
+        answered = self._answered(pair)
         touching = abs(gap.separation) <= gap.touch
         if touching and abs(gap.speed) <= gap.still:
             loaded = self._loaded(pair, gap)

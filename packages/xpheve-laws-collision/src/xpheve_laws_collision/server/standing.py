@@ -6,12 +6,13 @@ import math
 
 from xpheve.errors import ContactError
 from xpheve.events import IMPACT, Entry
+from xpheve.kernels.quaternion import rotate_inverse
 from xpheve.kernels.vector import Vec
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.narrow_phase import Gap, flipped
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
-from xpheve_laws_collision.server.pairs import Pair, Support, kinetic, pair_of
+from xpheve_laws_collision.server.pairs import ROUND, Pair, Support, immovable, kinetic, pair_of
 from xpheve_laws_collision.server.telling import Telling
 
 
@@ -29,7 +30,12 @@ class Standing(Telling):
                     self.world.schedule(end, IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, now),))
                 elif seen != now and mover is obj:
                     del self.collapsing[pair]
-        if obj in self.held and any(self.world.bodies.get("velocity", obj._row)):
+        if obj in self.held and (
+            any(self.world.bodies.get("velocity", obj._row))
+            or (
+                self._shape(obj).kind not in ROUND and any(self.world.bodies.get("angular_velocity", obj._row))
+            )
+        ):
             self._release(obj)
         elif obj in self.held:
             self._hold(obj)
@@ -44,7 +50,7 @@ class Standing(Telling):
         pair = self._pair(ball, support.plane)
         flight = self.world.flight(ball._row)
         gap = self._gap(pair, flight.t0)
-        answered = self.world.response_law(*pair) is not None
+        answered = self._answered(pair)
         if not answered or abs(gap.separation) > 10.0 * gap.touch or abs(gap.speed) > gap.still:
             self._end_support(ball)
             return
@@ -100,9 +106,9 @@ class Standing(Telling):
         world = self.world
         family, swapped = self._family(a, b)
         ball, ground = (b, a) if swapped else (a, b)
-        found = world.response_law(a, b)
+        found = self._response(a, b)
         hold = found is not None and found[0].parameters.get("resting") == "hold"
-        if ball in self.held and (ground in self.held or ground.fixed):
+        if ball in self.held and (ground in self.held or immovable(ground)):
             return
         alone = ball not in self.supports and ball not in self.held
         if not (family.rests and ground.fixed and alone):
@@ -117,7 +123,7 @@ class Standing(Telling):
                     + '. Set resting="hold" on the collision law to hold such bodies in place'
                 )
             for obj in pair:
-                if not obj.fixed:
+                if not immovable(obj):
                     self._hold(obj)
             return
         transaction = world.transaction
@@ -145,6 +151,8 @@ class Standing(Telling):
         with world.instant() as transaction:
             row = transaction.touch(obj)
             lost = kinetic(obj, world.bodies.get("velocity", row))
+            if self._shape(obj).kind not in ROUND:
+                lost += self._stop_turning(obj, row)
             if lost:
                 world.add_work("held", -lost)
             world.bodies.put("velocity", row, (0.0, 0.0, 0.0))
@@ -152,7 +160,22 @@ class Standing(Telling):
             if obj in self.supports:
                 del self.supports[obj]
                 world.put_reaction(obj, self, "support", None)
-            world.put_reaction(obj, self, "hold", (-x + 0.0, -y + 0.0, -z + 0.0))
+            world.put_reaction(obj, self, "hold", (-x + 0.0, -y + 0.0, -z + 0.0), self._torque_against(obj))
+
+    def _stop_turning(self, obj: PhysicalObject, row: int) -> float:
+        """Stop an extended body's rotation; returns the energy [J] it had."""
+        bodies = self.world.bodies
+        spin = rotate_inverse(bodies.get("orientation", row), bodies.get("angular_velocity", row))
+        bodies.put("angular_velocity", row, (0.0, 0.0, 0.0))
+        return 0.5 * math.fsum(moment * w * w for moment, w in zip(obj.inertia, spin, strict=True))
+
+    def _torque_against(self, obj: PhysicalObject) -> Vec:
+        """What cancels the stored torques on an extended body that is held; a round one is left to spin."""
+        if self._shape(obj).kind in ROUND:
+            return (0.0, 0.0, 0.0)
+        others = [one.force.torque for one in self.world.forces.on(obj) if one.owner is not self]
+        x, y, z = (0.0 - math.fsum(torque[k] for torque in others) for k in range(3))
+        return x, y, z
 
     def _release(self, obj: PhysicalObject) -> None:
         del self.held[obj]
@@ -172,6 +195,11 @@ class Standing(Telling):
         scale = sum(math.hypot(*self.world.flight(obj._row).acceleration) for obj in pair)
         speeds = sum(math.hypot(*self.world.flight(obj._row).velocity) ** 2 for obj in pair)
         sizes = sum(getattr(self._shape(obj), "radius", 0.0) for obj in pair)
+        for obj in pair:
+            if self._shape(obj).kind not in ROUND:
+                reach = obj.shape.reach if obj.shape is not None else 0.0
+                scale += reach * math.hypot(*self.world.bodies.get("angular_velocity", obj._row)) ** 2
+                sizes = max(sizes, reach)
         return abs(gap.acceleration) > 1e-13 * (scale + (speeds / sizes if sizes else 0.0))
 
     def _turned(self, pair: Pair) -> None:

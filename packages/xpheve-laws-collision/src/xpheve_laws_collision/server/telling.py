@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from xpheve.events import Entry
@@ -26,7 +27,7 @@ class Telling(Pairs):
             laws = [law for law in container.laws if law.enabled and not hasattr(law, "respond")]
             laws = laws if only is None else [law for law in laws if law in only]
             contacts = tuple(
-                contact_of(pair, gap, speed)
+                contact_of(pair, gap, speed, self.given.get(pair, math.nan))
                 for pair, gap, speed in sorted(found, key=lambda one: (one[0][0].rank, one[0][1].rank))
                 if any(all(law in world.mapping.laws(obj) for obj in pair) for law in laws)
             )
@@ -66,7 +67,7 @@ class Telling(Pairs):
         begun = []
         for pair in [pair_of(entry, self) for entry in entries]:
             gap = self._gap(pair, self.world.time)
-            overlapping = gap.separation < -gap.touch and self.world.response_law(*pair) is None
+            overlapping = gap.separation < -gap.touch and not self._answered(pair)
             table = self.inside if overlapping else self.touching
             table[pair] = self.world.time
             begun.append((pair, gap, -gap.speed))
