@@ -97,7 +97,9 @@ def test_a_moving_plane_or_a_pair_without_a_family_is_named() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     crate = engine.add_object(xp.PhysicalObject(xp.Box((1, 1, 1)), name="crate"))
-    ball = engine.add_object(xp.PhysicalObject(xp.Sphere(1), name="ball", position=(5, 0, 0), velocity=(-1, 0, 0)), laws=[law])
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(1), name="ball", position=(5, 0, 0), velocity=(-1, 0, 0)), laws=[law]
+    )
     engine.run(until=1.0)
     for _ in range(2):
         with pytest.raises(ContactError, match=r"(?s)crate.*box|box.*crate"):
@@ -137,7 +139,10 @@ def test_a_second_support_is_an_error_or_held(resting: str) -> None:
 
 def test_a_ball_slides_down_a_slope_as_if_on_rails() -> None:
     engine = xp.PhysicsEngine(up="z")
-    gravity, law = engine.add_law("basic:planet_gravity", acceleration=10.0), engine.add_law("collision:elastic", restitution=0.5)
+    gravity, law = (
+        engine.add_law("basic:planet_gravity", acceleration=10.0),
+        engine.add_law("collision:elastic", restitution=0.5),
+    )
     engine.add_object(xp.PhysicalObject(xp.Plane((0.6, 0, 0.8)), fixed=True), laws=[law])
     ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0.3, 0, 0.4)), laws=[gravity, law])
     engine.run(until=2.0)

@@ -16,13 +16,26 @@ ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves 
 
 
 class Mover(NamedTuple):
-    """One side of a pair at an instant: position [m], velocity [m/s], acceleration [m/s^2] of the centre, orientation, shape."""
+    """One side of a pair at an instant: position [m], velocity [m/s], acceleration [m/s^2] of the centre, orientation, shape.
+
+    Then what turns it: angular velocity [rad/s] and torque [N m] in the world frame, principal moments [kg m^2]. The
+    acceleration and the torque are constant until the flight changes.
+    """
 
     position: Vec
     velocity: Vec
     acceleration: Vec
     orientation: Quat
     shape: Any
+    angular_velocity: Vec = (0.0, 0.0, 0.0)
+    inertia: Vec = (0.0, 0.0, 0.0)
+    torque: Vec = (0.0, 0.0, 0.0)
+
+    def at(self, s: float) -> Mover:
+        """The mover ``s`` [s] later, where the steppers have it."""
+        from xpheve_laws_collision.impact_time.path import Path
+
+        return Path(self).at(s)
 
 
 class Gap(NamedTuple):
@@ -52,7 +65,11 @@ class Family(Protocol):
     """Whether one may rest on the other in closed form."""
 
     def gap(self, a: Mover, b: Mover) -> Gap:
-        """How they stand."""
+        """How they stand: at the deepest point, of several equally deep ones at that which approaches fastest."""
+        ...
+
+    def points(self, a: Mover, b: Mover) -> list[Gap]:
+        """Where a touching pair touches, each point with its own separation and speed, in an order that bits decide."""
         ...
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
@@ -72,12 +89,16 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     ContactError
         If no file here knows the pair.
     """
-    from xpheve_laws_collision.narrow_phase import sphere_plane, sphere_sphere
+    from xpheve_laws_collision.narrow_phase import convex, sphere_plane, sphere_sphere
 
     families: dict[tuple[str, str], Family] = {
         ("sphere", "plane"): sphere_plane.SpherePlane(),
         ("sphere", "sphere"): sphere_sphere.SphereSphere(),
     }
+    for k, kind in enumerate(convex.SOLID):
+        families.setdefault((kind, "plane"), convex.Convex())
+        for other in convex.SOLID[k:]:
+            families.setdefault((kind, other), convex.Convex())
     if (kind_a, kind_b) in families:
         return families[kind_a, kind_b], False
     if (kind_b, kind_a) in families:
