@@ -104,10 +104,10 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     if (kind_b, kind_a) in families:
         return families[kind_b, kind_a], True
     known = ", ".join(f"{a}-{b}" for a, b in sorted(families))
-    raise ContactError(
-        f"no impact time is known between {kind_a} and {kind_b}; known: {known}. "
-        "Give the object another shape, or do not map both objects to the collision law"
-    )
+    wayout = "Give the object another shape, or do not map both objects to the collision law"
+    if "mesh" in (kind_a, kind_b):
+        wayout = "Make the mesh a Hull, or a Compound of convex parts, or do not map both objects to the collision law"
+    raise ContactError(f"no impact time is known between {kind_a} and {kind_b}; known: {known}. {wayout}")
 
 
 def flipped(gap: Gap) -> Gap:

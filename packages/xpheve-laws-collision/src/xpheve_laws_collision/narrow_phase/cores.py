@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from xpheve.kernels.quaternion import Quat, rotate
+from xpheve.errors import ContactError
+from xpheve.kernels.quaternion import Quat, multiply, normalize, rotate
 from xpheve_laws_collision.narrow_phase import Vec
 
 Array = NDArray[np.float64]
@@ -118,7 +119,9 @@ def _cores(shape: Any, position: Vec, orientation: Quat) -> list[Core]:
         place = {old: new for new, old in enumerate(used)}
         faces = [tuple(place[k] for k in face) for face in faces]
         return [Core(_placed(points[used], position, orientation), 0.0, faces)]
-    raise AssertionError(f"family_of let {kind!r} pass")
+    raise ContactError(
+        f"{shape!r}: no contacts are known for a part of kind {kind!r}; make it a Hull, or several convex parts"
+    )
 
 
 def merged_faces(points: Array, triangles: NDArray[Any]) -> list[tuple[int, ...]]:
@@ -200,8 +203,6 @@ def _placed(points: Array, position: Vec, orientation: Quat) -> Array:
 
 
 def _posed(position: Vec, orientation: Quat, inner: Any, turned: Any) -> tuple[Vec, Quat]:
-    from xpheve.kernels.quaternion import multiply, normalize
-
     moved = rotate(orientation, (float(inner[0]), float(inner[1]), float(inner[2])))
     q = (float(turned[0]), float(turned[1]), float(turned[2]), float(turned[3]))
     where = (position[0] + moved[0], position[1] + moved[1], position[2] + moved[2])
