@@ -29,7 +29,6 @@ from xpheve.errors import (
 NAN, INF = math.nan, math.inf
 
 
-
 @contextmanager
 def refused(engine: xp.PhysicsEngine, error: type[Exception], match: str | None = None) -> Iterator[None]:
     """Expect ``error``, of xPheve's own, and the engine as before to the bit."""
@@ -527,7 +526,9 @@ def test_a_container_that_fails_when_told_changes_nothing(engine: xp.PhysicsEngi
     def fail(self: Any, law: Any, what: str, obj: Any = None) -> None:
         raise RuntimeError("not me")
 
-    law = engine.add_law(Free(), container=type("Deaf", (xp.LawContainer,), {"condition": xp.when.Started(), "law_changed": fail}))
+    law = engine.add_law(
+        Free(), container=type("Deaf", (xp.LawContainer,), {"condition": xp.when.Started(), "law_changed": fail})
+    )
     point = engine.object("point")
     with pytest.raises((RuntimeError, XpheveError)):
         engine.map(point, law)
@@ -712,7 +713,9 @@ def test_settings_that_cannot_be(settings: dict[str, Any]) -> None:
 # Posts of anything
 
 
-@pytest.mark.parametrize("data", [None, 3, "text", [1, 2], {"a": 1}, object(), lambda: 0, {1, 2}, NAN, b"raw"], ids=repr)
+@pytest.mark.parametrize(
+    "data", [None, 3, "text", [1, 2], {"a": 1}, object(), lambda: 0, {1, 2}, NAN, b"raw"], ids=repr
+)
 def test_anything_may_be_posted(data: Any) -> None:
     """What is posted arrives as it is; a checkpoint that cannot hold it says so, and the engine runs on."""
     heard: list[Any] = []

@@ -14,7 +14,6 @@ import xpheve as xp
 when = xp.when
 
 
-
 class Log(xp.PhysicalLaw):
     """Write down each event, and do what the test says."""
 
@@ -167,7 +166,12 @@ def test_pauses_do_not_count(engine: xp.PhysicsEngine) -> None:
 
 @pytest.mark.parametrize(
     "condition",
-    [when.Elapsed(0.5, every=True, once=True), when.Posted("go", once=True), when.Steps(once=True), when.Changed(once=True)],
+    [
+        when.Elapsed(0.5, every=True, once=True),
+        when.Posted("go", once=True),
+        when.Steps(once=True),
+        when.Changed(once=True),
+    ],
     ids=str,
 )
 def test_once_disarms_after_the_first(engine: xp.PhysicsEngine, condition: Any) -> None:
@@ -194,7 +198,9 @@ def test_once_holds_for_all_contacts_of_one_instant(engine: xp.PhysicsEngine) ->
     engine.add_law("collision:elastic", name="bounce")
     for y in (0, 10):
         for x, v in ((0, 1), (3, -1)):
-            engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(x, y, 0), velocity=(v, 0, 0)), laws=[law, "bounce"])
+            engine.add_object(
+                xp.PhysicalObject(xp.Sphere(0.5), position=(x, y, 0), velocity=(v, 0, 0)), laws=[law, "bounce"]
+            )
     engine.run(until=5.0)
     assert len(law.events) == 1 and len(law.events[0].contacts) == 2
 
@@ -305,7 +311,10 @@ def test_a_law_without_an_order_goes_by_priority_among_all(engine: xp.PhysicsEng
 
 
 def test_before_and_after_name_laws_that_need_not_be_there() -> None:
-    assert ordered(("A", {"after": ("no:such",), "before": ("none:either",)}, ""), ("B", {}, "")) in (["A", "B"], ["B", "A"])
+    assert ordered(("A", {"after": ("no:such",), "before": ("none:either",)}, ""), ("B", {}, "")) in (
+        ["A", "B"],
+        ["B", "A"],
+    )
 
 
 def test_containers_of_one_instant_go_by_rank_whatever_the_order_of_adding() -> None:
@@ -356,7 +365,9 @@ def test_posts_arrive_in_order_with_their_data_and_source(engine: xp.PhysicsEngi
 
 
 def test_a_post_from_a_handler_arrives_at_the_same_instant_with_the_law_as_source(engine: xp.PhysicsEngine) -> None:
-    chain = listen(engine, when.Posted("next"), lambda law, event: engine.post("next", event.data + 1) if event.data < 5 else None)
+    chain = listen(
+        engine, when.Posted("next"), lambda law, event: engine.post("next", event.data + 1) if event.data < 5 else None
+    )
     first = listen(engine, when.Elapsed(1.25), lambda law, event: engine.post("next", 0))
     engine.run(until=2.0)
     assert [event.data for event in chain.events] == [0, 1, 2, 3, 4, 5]
@@ -458,7 +469,10 @@ def test_changed_is_told_of_what_somebody_set(engine: xp.PhysicsEngine) -> None:
     body.velocity = (0, 1, 0)
     other.mass = 7.0
     engine.run(until=2.0)
-    assert [(event.id, event.time, event.objects) for event in any_.events] == [("mass", 1.0, (body,)), ("velocity", 1.0, (body,))]
+    assert [(event.id, event.time, event.objects) for event in any_.events] == [
+        ("mass", 1.0, (body,)),
+        ("velocity", 1.0, (body,)),
+    ]
     assert [event.id for event in mass.events] == ["mass"]
 
 
@@ -472,7 +486,9 @@ def test_flight_forces_and_bounces_are_no_change(engine: xp.PhysicsEngine) -> No
     assert law.events == []
 
 
-@pytest.mark.parametrize("name", ["position", "velocity", "orientation", "angular_velocity", "mass", "inertia", "charge"])
+@pytest.mark.parametrize(
+    "name", ["position", "velocity", "orientation", "angular_velocity", "mass", "inertia", "charge"]
+)
 def test_setting_the_same_bits_is_no_change(engine: xp.PhysicsEngine, name: str) -> None:
     kind = type("Charged", (Log,), {"columns": {"charge": xp.Column(1.0)}})
     law = kind()
@@ -555,7 +571,9 @@ def test_removing_a_law_tells_its_other_containers_of_its_objects(engine: xp.Phy
 
 
 def test_steps_are_told_at_the_start_and_read_in_the_middle(engine: xp.PhysicsEngine) -> None:
-    law = listen(engine, when.Steps(), lambda law, event: seen.append((engine.time, event.time, body.position[0], event.dt)))
+    law = listen(
+        engine, when.Steps(), lambda law, event: seen.append((engine.time, event.time, body.position[0], event.dt))
+    )
     seen: list[Any] = []
     body = moving(engine, law)
     engine.run(until=1.0, dt=0.25)
@@ -572,7 +590,9 @@ def test_every_n_plus_first_step(engine: xp.PhysicsEngine, n: int) -> None:
 
 
 def test_the_middle_of_the_step(engine: xp.PhysicsEngine) -> None:
-    law = listen(engine, when.Steps(at="middle"), lambda law, event: seen.append((engine.time, event.time, body.position[0])))
+    law = listen(
+        engine, when.Steps(at="middle"), lambda law, event: seen.append((engine.time, event.time, body.position[0]))
+    )
     seen: list[Any] = []
     body = moving(engine, law)
     engine.run(until=1.0, dt=0.25)
@@ -651,7 +671,9 @@ def contact_log(engine: xp.PhysicsEngine, mapped: bool = True) -> tuple[dict[str
     """Return listeners of all contact conditions, and the order in which they were told."""
     told: list[tuple[str, float]] = []
     laws = {
-        kind.__name__: listen(engine, kind(), lambda law, event: told.append((law.name, event.time)), name=kind.__name__)
+        kind.__name__: listen(
+            engine, kind(), lambda law, event: told.append((law.name, event.time)), name=kind.__name__
+        )
         for kind in (when.Impact, when.ContactBegin, when.ContactEnd)
     }
     return laws, told

@@ -71,7 +71,9 @@ def test_a_torque_does_work() -> None:
 def test_angular_momentum_counts_orbit_and_spin() -> None:
     engine = xp.PhysicsEngine()
     engine.add_object(
-        xp.PhysicalObject(mass=2.0, inertia=(1, 2, 3), position=(1, 0, 0), velocity=(0, 3, 0), angular_velocity=(0, 0, 5))
+        xp.PhysicalObject(
+            mass=2.0, inertia=(1, 2, 3), position=(1, 0, 0), velocity=(0, 3, 0), angular_velocity=(0, 0, 5)
+        )
     )
     assert engine.angular_momentum() == pytest.approx((0, 0, 2 * 3 + 3 * 5))
     engine.run(until=7.7)
@@ -105,7 +107,9 @@ def test_sums_do_not_depend_on_the_order_of_adding() -> None:
         law = engine.add_law("basic:planet_gravity")
         for k in order:
             engine.add_object(
-                xp.PhysicalObject(mass=10.0 ** (k - 5), position=(0.1 * k, k, 1 / (k + 1)), velocity=(k, 1e-5 * k, math.pi)),
+                xp.PhysicalObject(
+                    mass=10.0 ** (k - 5), position=(0.1 * k, k, 1 / (k + 1)), velocity=(k, 1e-5 * k, math.pi)
+                ),
                 laws=[law],
             )
         engine.run(until=0.77)

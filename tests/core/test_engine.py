@@ -16,7 +16,6 @@ from xpheve.errors import StateError
 when = xp.when
 
 
-
 class Free(xp.PhysicalLaw):
     """Do what the test says."""
 
@@ -166,7 +165,9 @@ def full_scene() -> xp.PhysicsEngine:
             laws=[gravity, bounce],
         )
     engine.add_object(xp.PhysicalObject(position=(9, 9, 9), velocity=(5, 0, 5)), laws=[gravity, drag])
-    kicked = engine.add_object(xp.PhysicalObject(inertia=(1, 2, 3), angular_velocity=(1e-4, 2, 1e-4), position=(-5, 0, 0)))
+    kicked = engine.add_object(
+        xp.PhysicalObject(inertia=(1, 2, 3), angular_velocity=(1e-4, 2, 1e-4), position=(-5, 0, 0))
+    )
     kicked.add_force((1, 2, 3), 0.7)
     law = engine.add_law(
         Free(lambda law, event: [setattr(obj, "velocity", [1.01 * v for v in obj.velocity]) for obj in law.objects]),
@@ -232,8 +233,22 @@ def test_a_copy_goes_its_own_way_to_the_same_end() -> None:
 # Suspend, resume, terminate, reset
 
 TABLE: dict[str, dict[str, str]] = {
-    "ready": {"run": "ready", "step": "ready", "suspend": "suspended", "resume": "!", "terminate": "terminated", "reset": "ready"},
-    "suspended": {"run": "!", "step": "!", "suspend": "!", "resume": "ready", "terminate": "terminated", "reset": "ready"},
+    "ready": {
+        "run": "ready",
+        "step": "ready",
+        "suspend": "suspended",
+        "resume": "!",
+        "terminate": "terminated",
+        "reset": "ready",
+    },
+    "suspended": {
+        "run": "!",
+        "step": "!",
+        "suspend": "!",
+        "resume": "ready",
+        "terminate": "terminated",
+        "reset": "ready",
+    },
     "terminated": {"run": "!", "step": "!", "suspend": "!", "resume": "!", "terminate": "terminated", "reset": "ready"},
 }
 
@@ -248,7 +263,9 @@ def test_every_move_from_every_state(state: str, call: str, started: bool) -> No
         engine.run(until=1.0)
     {"ready": lambda: None, "suspended": engine.suspend, "terminated": engine.terminate}[state]()
     assert engine.state == state
-    act = {"run": lambda: engine.run(until=2.0), "step": lambda: engine.step(0.5)}.get(call, getattr(engine, call, None))
+    act = {"run": lambda: engine.run(until=2.0), "step": lambda: engine.step(0.5)}.get(
+        call, getattr(engine, call, None)
+    )
     assert act is not None
     expected = TABLE[state][call]
     if expected == "!":
@@ -269,7 +286,9 @@ def test_a_handler_that_stops_the_engine_stops_it_after_the_instant(call: str) -
     holder = xp.LawContainer(when.Elapsed(1.0))
     engine.add_law(Free(lambda law, event: (getattr(engine, call)(), told.append("first")), name="a"), container=holder)
     engine.add_law(Free(lambda law, event: told.append("second"), name="b"), container=holder)
-    engine.add_law(Free(lambda law, event: told.append("third"), name="c"), container=xp.LawContainer(when.Elapsed(1.0)))
+    engine.add_law(
+        Free(lambda law, event: told.append("third"), name="c"), container=xp.LawContainer(when.Elapsed(1.0))
+    )
     body = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
     engine.run(until=5.0)
     assert engine.time == 1.0 and body.position == (1, 0, 0)
@@ -307,7 +326,9 @@ def test_reset_restores_what_was_authored() -> None:
     engine.reset()
     assert engine.time == 0.0 and engine.state == "ready"
     assert sorted(repr(one[:4]) for one in bits(engine)) == sorted(repr(one[:4]) for one in authored)
-    assert [engine.user_forces(obj) for obj in engine.objects if engine.user_forces(obj)] == [(xp.Force((1, 2, 3), 0.7, 1),)]
+    assert [engine.user_forces(obj) for obj in engine.objects if engine.user_forces(obj)] == [
+        (xp.Force((1, 2, 3), 0.7, 1),)
+    ]
     assert late.engine is None and late.position == (0.625, 0, 0)
     assert extra.engine is None and gone.engine is engine
     assert [dict(law.parameters) for law in engine.laws] == parameters and engine.law("drag").enabled

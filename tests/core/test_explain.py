@@ -37,7 +37,9 @@ def engine() -> xp.PhysicsEngine:
     made.add_law(Quiet(name="off", enabled=False), container=xp.LawContainer(when.Elapsed(0.1, every=True)))
     made.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce])
     made.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(0, 0, 1)), laws=[gravity, bounce, never])
-    made.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(3, 0, 9), velocity=(1, 0, 0), drag_area=0.5), laws=[gravity, drag])
+    made.add_object(
+        xp.PhysicalObject(xp.Sphere(0.1), position=(3, 0, 9), velocity=(1, 0, 0), drag_area=0.5), laws=[gravity, drag]
+    )
     for x in (10, 11, 12):
         made.add_object(xp.PhysicalObject(position=(x, 0, 0)), laws=[spring])
     return made
@@ -49,9 +51,17 @@ def test_groups_name_their_stepper_and_why_the_others_were_not_taken(engine: xp.
     by = {group["because"]: group for group in groups}
     assert sum(group["objects"] for group in groups) == 6
     stored = next(group for text, group in by.items() if "stored forces only" in text)
-    assert stored["stepper"] == "core:ballistic" and stored["objects"] == 1 and stored["offers"]["core:midpoint"]["order"] == 2.0
+    assert (
+        stored["stepper"] == "core:ballistic"
+        and stored["objects"] == 1
+        and stored["offers"]["core:midpoint"]["order"] == 2.0
+    )
     drag = next(group for text, group in by.items() if "basic:quadratic_drag" in text)
-    assert drag["stepper"] == "core:midpoint" and "basic:quadratic_drag" in drag["refused"]["core:ballistic"] and drag["steps"] > 0
+    assert (
+        drag["stepper"] == "core:midpoint"
+        and "basic:quadratic_drag" in drag["refused"]["core:ballistic"]
+        and drag["steps"] > 0
+    )
     spring = next(group for text, group in by.items() if "basic:spring" in text)
     assert spring["objects"] == 3 and spring["groups"] == 1 and "joined by pair laws" in spring["because"]
     assert next(group for group in groups if group["stepper"] == "none")["objects"] == 1
@@ -63,7 +73,11 @@ def test_laws_say_how_often_they_were_evaluated_and_why_not(engine: xp.PhysicsEn
     assert law(engine, "basic:planet_gravity")["evaluations"] == 1
     assert law(engine, "basic:quadratic_drag")["evaluations"] > 1
     never = law(engine, "never")
-    assert never["evaluations"] == 0 and "has not fired" in never["skipped_because"] and "never" in never["skipped_because"]
+    assert (
+        never["evaluations"] == 0
+        and "has not fired" in never["skipped_because"]
+        and "never" in never["skipped_because"]
+    )
     assert law(engine, "off")["evaluations"] == 0 and law(engine, "off")["skipped_because"] == "disabled"
     fired = {one["condition"]: one["firings"] for one in engine.explain().data["conditions"]}
     assert fired["Posted(id='never')"] == 0

@@ -17,7 +17,6 @@ when = xp.when
 Act = Callable[["Handler", Any], None]
 
 
-
 class Handler(xp.PhysicalLaw):
     """Do what the test says."""
 
@@ -199,7 +198,17 @@ def state_of(engine: xp.PhysicsEngine) -> tuple[Any, ...]:
     """Return all that a law could have spoilt, as values."""
     laws = [(law.name, law.enabled, dict(law.parameters), repr(law.state), law.containers) for law in engine.laws]
     objects = [
-        (obj.name, obj.position, obj.velocity, obj.orientation, obj.angular_velocity, obj.mass, obj.inertia, obj.forces, obj.laws)
+        (
+            obj.name,
+            obj.position,
+            obj.velocity,
+            obj.orientation,
+            obj.angular_velocity,
+            obj.mass,
+            obj.inertia,
+            obj.forces,
+            obj.laws,
+        )
         for obj in engine.objects
     ]
     return engine.time, engine.state, objects, laws, engine.energy(), engine.momentum()
@@ -342,7 +351,11 @@ def test_a_field_law_that_gives_what_cannot_be(wrong: str, dt: float | None) -> 
 
 @pytest.mark.parametrize("wrong", ["nan", "raises", "shape"])
 def test_a_constant_law_that_gives_what_cannot_be(wrong: str) -> None:
-    answers = {"nan": lambda body: (0, math.nan, 0) * body.mass, "raises": lambda body: 1 / 0, "shape": lambda body: body.mass}
+    answers = {
+        "nan": lambda body: (0, math.nan, 0) * body.mass,
+        "raises": lambda body: 1 / 0,
+        "shape": lambda body: body.mass,
+    }
     if wrong == "shape":
         answers["shape"] = lambda body: np.zeros((7, 2))
     engine = xp.PhysicsEngine()

@@ -92,7 +92,9 @@ def test_a_mass_changed_in_flight_acts_from_that_instant_on(engine: xp.PhysicsEn
 
 
 @pytest.mark.parametrize("how", ["unmap", "disable", "remove law", "remove object"])
-def test_unmapping_disabling_and_removing_withdraw_and_the_users_forces_stay(engine: xp.PhysicsEngine, how: str) -> None:
+def test_unmapping_disabling_and_removing_withdraw_and_the_users_forces_stay(
+    engine: xp.PhysicsEngine, how: str
+) -> None:
     gravity = engine.law("g")
     body = ball(engine, gravity)
     body.add_force((2, 0, 0))

@@ -112,7 +112,9 @@ def test_the_shape_is_not_changed_under_way_without_effect() -> None:
 
 
 def test_reprs_name_them() -> None:
-    assert "'ball'" in repr(xp.PhysicalObject(xp.Sphere(1), name="ball")) and "Sphere" in repr(xp.PhysicalObject(xp.Sphere(1)))
+    assert "'ball'" in repr(xp.PhysicalObject(xp.Sphere(1), name="ball")) and "Sphere" in repr(
+        xp.PhysicalObject(xp.Sphere(1))
+    )
     assert "fixed" in repr(xp.PhysicalObject(fixed=True))
 
 
@@ -144,8 +146,6 @@ def test_many_at_once_are_all_or_none() -> None:
     for body in objects[10:]:
         engine.remove_object(body)
     assert sorted(obj.position[0] for obj in engine.objects) == list(range(10))
-
-
 
 
 def test_an_iterator_of_objects_is_taken() -> None:

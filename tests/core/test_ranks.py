@@ -46,13 +46,19 @@ def scene(order: random.Random | None) -> dict[str, Any]:
         make()
     rng = random.Random(1)
     balls = [
-        (f"ball{k}" if k % 2 else "", tuple(rng.uniform(-2, 2) for _ in range(3)), tuple(rng.uniform(-1, 1) for _ in range(3)))
+        (
+            f"ball{k}" if k % 2 else "",
+            tuple(rng.uniform(-2, 2) for _ in range(3)),
+            tuple(rng.uniform(-1, 1) for _ in range(3)),
+        )
         for k in range(9)
     ]
     added = []
     for k, (name, x, v) in shuffled(list(enumerate(balls))):
         obj = engine.add_object(
-            xp.PhysicalObject(xp.Sphere(0.2), name=name, position=(x[0], x[1], x[2] + 3), velocity=v, angular_velocity=v)
+            xp.PhysicalObject(
+                xp.Sphere(0.2), name=name, position=(x[0], x[1], x[2] + 3), velocity=v, angular_velocity=v
+            )
         )
         added.append((k, obj))
     engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True, name="floor"), laws=["bounce"])

@@ -96,8 +96,11 @@ class Dummy(Stepper):
         for local in range(state.count):
             row = int(state.rows[local])
             for name in ("position", "velocity"):
-                bodies.arrays[name][:, row] = self.read_row(state, bodies, begin, name, local) if begin > bodies.clock_of(row) else \
-                    bodies.arrays[name][:, row]
+                bodies.arrays[name][:, row] = (
+                    self.read_row(state, bodies, begin, name, local)
+                    if begin > bodies.clock_of(row)
+                    else bodies.arrays[name][:, row]
+                )
             if begin > bodies.clock_of(row):
                 bodies.clock[:, row] = begin
         state.numbers["base"], state.numbers["offset"] = end
@@ -122,7 +125,9 @@ class Dummy(Stepper):
     def flight(self, state: State, bodies: Any, local: int) -> Flight:
         row = int(state.rows[local])
         a = tuple(state.arrays["acceleration"][:, local].tolist())
-        return Flight(bodies.clock_of(row), self.covered(state), bodies.get("position", row), bodies.get("velocity", row), a, 0.0)
+        return Flight(
+            bodies.clock_of(row), self.covered(state), bodies.get("position", row), bodies.get("velocity", row), a, 0.0
+        )
 
     def changed(self, state: State, bodies: Any, rows: Sequence[int], t: Any, sources: Any) -> Sequence[int]:
         self.note("changed", list(rows), t)
@@ -347,7 +352,9 @@ def test_if_all_refuse_the_error_names_each(monkeypatch: pytest.MonkeyPatch, eng
     assert engine.time == 0.0 and engine.state == "ready"
 
 
-def test_a_stepper_that_raises_leaves_the_engine_ready(monkeypatch: pytest.MonkeyPatch, engine: xp.PhysicsEngine) -> None:
+def test_a_stepper_that_raises_leaves_the_engine_ready(
+    monkeypatch: pytest.MonkeyPatch, engine: xp.PhysicsEngine
+) -> None:
     body = kite(engine)
     engine.run(until=0.3)
 

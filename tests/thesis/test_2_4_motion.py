@@ -39,7 +39,9 @@ def test_2_4_acceleration_is_force_over_mass(force: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "cuts", [[], [0.5], [0.02 * k for k in range(1, 50)], [0.001, 0.0011, 0.4, 0.41, 0.9999999]], ids=["whole", "half", "20 ms", "odd"]
+    "cuts",
+    [[], [0.5], [0.02 * k for k in range(1, 50)], [0.001, 0.0011, 0.4, 0.41, 0.9999999]],
+    ids=["whole", "half", "20 ms", "odd"],
 )
 def test_fig_2_5_and_2_6_irregular_updates_give_the_same_motion(cuts: list[float]) -> None:
     engine = xp.PhysicsEngine()

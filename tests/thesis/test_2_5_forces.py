@@ -24,7 +24,9 @@ def test_fig_2_7_the_sum_of_the_forces_moves_the_object() -> None:
 @pytest.mark.parametrize(
     ("duration", "impulses"), [(0.010, (0.2, 0.0)), (0.020, (0.4, 0.0)), (0.030, (0.4, 0.2))], ids=["(1)", "(2)", "(3)"]
 )
-def test_fig_2_8_impulse_is_force_times_the_lesser_of_duration_and_dt(duration: float, impulses: tuple[float, float]) -> None:
+def test_fig_2_8_impulse_is_force_times_the_lesser_of_duration_and_dt(
+    duration: float, impulses: tuple[float, float]
+) -> None:
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
     body.add_force((20, 0, 0), duration)

@@ -38,7 +38,9 @@ def test_fig_3_11_one_detection_serves_three_laws() -> None:
 def test_fig_3_12_the_container_is_told_when_a_law_gains_or_loses_an_object() -> None:
     told: list[Any] = []
     kind = type(
-        "Told", (xp.LawContainer,), {"condition": xp.when.Started(), "law_changed": lambda self, law, what, obj=None: told.append(obj)}
+        "Told",
+        (xp.LawContainer,),
+        {"condition": xp.when.Started(), "law_changed": lambda self, law, what, obj=None: told.append(obj)},
     )
     engine = xp.PhysicsEngine()
     law = engine.add_law(Count(), container=kind)

@@ -13,7 +13,9 @@ def test_fig_3_24_each_object_obeys_its_own_list_of_laws() -> None:
     collision = engine.add_law("collision:elastic")
     wind = engine.add_law("basic:planet_gravity", acceleration=1.0, direction=(1, 0, 0), name="wind")
     smoke = engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(0, 5, 0)), laws=[wind])
-    balloon = engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(0, 9, 0), velocity=(1, 0, 0)), laws=[collision])
+    balloon = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.1), position=(0, 9, 0), velocity=(1, 0, 0)), laws=[collision]
+    )
     car = engine.add_object(xp.PhysicalObject(xp.Sphere(1.0), position=(20, 1 + 4.9, 0)), laws=[gravity, collision])
     engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[collision])
     engine.run(until=1.5)
@@ -27,7 +29,9 @@ def test_3_4_a_pair_is_answered_when_both_are_mapped() -> None:
         engine = xp.PhysicsEngine()
         law = engine.add_law("collision:elastic")
         ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), velocity=(1, 0, 0)), laws=[law])
-        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(3, 0, 0), fixed=True), laws=[law] if mapped else [])
+        engine.add_object(
+            xp.PhysicalObject(xp.Sphere(0.5), position=(3, 0, 0), fixed=True), laws=[law] if mapped else []
+        )
         engine.run(until=4.0)
         assert ball.velocity == ((-1, 0, 0) if mapped else (1, 0, 0))
 

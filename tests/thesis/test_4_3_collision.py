@@ -15,7 +15,9 @@ def bounced(velocity: tuple[float, float, float], factor: float, height: float =
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic", restitution=factor)
     engine.add_object(xp.PhysicalObject(xp.Plane((0, 1, 0)), fixed=True), laws=[law])
-    ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 0.5 + height, 0), velocity=velocity), laws=[law])
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.5), position=(0, 0.5 + height, 0), velocity=velocity), laws=[law]
+    )
     engine.run(until=1.0)
     return ball.velocity
 
@@ -88,7 +90,9 @@ def test_appendix_a_exchange(m1: float, m2: float, v1: float, v2: float, w1: flo
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     one = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), mass=m1, velocity=(v1, 0, 0)), laws=[law])
-    two = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), mass=m2, position=(2, 0, 0), velocity=(v2, 0, 0)), laws=[law])
+    two = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.5), mass=m2, position=(2, 0, 0), velocity=(v2, 0, 0)), laws=[law]
+    )
     before = engine.energy().total
     engine.run(until=2.0)
     assert (one.velocity[0], two.velocity[0]) == pytest.approx((w1, w2), abs=1e-14)
@@ -110,14 +114,17 @@ def test_4_3_2_2_fig_4_17_the_surface_component_is_unchanged_to_the_bit() -> Non
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     one = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), mass=2.0, velocity=(3, 0.1, 0.7)), laws=[law])
-    two = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), mass=1.0, position=(2, 0, 0), velocity=(0, 0.1, 0.7)), laws=[law])
+    two = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.5), mass=1.0, position=(2, 0, 0), velocity=(0, 0.1, 0.7)), laws=[law]
+    )
     engine.run(until=1.0)
     assert one.velocity[1:] == two.velocity[1:] == (0.1, 0.7)
     assert (one.velocity[0], two.velocity[0]) == pytest.approx((1, 4), abs=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("own", "law_value", "expected"), [((None, None), 0.5, 0.5), ((0.2, None), 0.6, 0.4), ((0.2, 0.8), 1.0, 0.5), ((0.0, 0.0), 1.0, 0.0)]
+    ("own", "law_value", "expected"),
+    [((None, None), 0.5, 0.5), ((0.2, None), 0.6, 0.4), ((0.2, 0.8), 1.0, 0.5), ((0.0, 0.0), 1.0, 0.0)],
 )
 @pytest.mark.parametrize("moving", [True, False], ids=["two movers", "one fixed"])
 def test_4_3_2_3_fig_4_18_restitution_global_and_per_object(
@@ -127,7 +134,9 @@ def test_4_3_2_3_fig_4_18_restitution_global_and_per_object(
     law = engine.add_law("collision:elastic", restitution=law_value)
     given = [{} if value is None else {"restitution": value} for value in own]
     one = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), velocity=(2, 0, 0), **given[0]), laws=[law])
-    two = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(2, 0, 0), fixed=not moving, **given[1]), laws=[law])
+    two = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.5), position=(2, 0, 0), fixed=not moving, **given[1]), laws=[law]
+    )
     engine.run(until=2.0)
     assert two.velocity[0] - one.velocity[0] == pytest.approx(2 * expected, abs=1e-15)
 
@@ -136,7 +145,10 @@ def test_4_3_3_fig_4_19_objects_added_to_a_live_law_are_watched_and_removed_ones
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     wall = engine.add_object(xp.PhysicalObject(xp.Plane((-1, 0, 0), offset=-10), fixed=True), laws=[law])
-    balls = [engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 3 * k, 0), velocity=(1, 0, 0))) for k in range(3)]
+    balls = [
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 3 * k, 0), velocity=(1, 0, 0)))
+        for k in range(3)
+    ]
     engine.run(until=1.0)
     engine.map(balls[0], law)
     engine.map(balls[1], law)

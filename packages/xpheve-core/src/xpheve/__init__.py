@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from xpheve import errors
+    from xpheve import errors, orientation
     from xpheve.engine import PhysicsEngine
     from xpheve.forces import Force
     from xpheve.laws import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from xpheve.objects import PhysicalObject
     from xpheve.plugins import hookimpl
     from xpheve.record import Record
-    from xpheve.shapes import Box, Capsule, Plane, Shape, Sphere
+    from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
 
 _HOMES = {
     "PhysicsEngine": "engine",
@@ -35,7 +35,7 @@ _HOMES = {
     "PhysicalObject": "objects",
     "Record": "record",
     "hookimpl": "plugins",
-    **dict.fromkeys(("Box", "Capsule", "Plane", "Shape", "Sphere"), "shapes"),
+    **dict.fromkeys(("Box", "Capsule", "Compound", "Hull", "Mesh", "Part", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
         (
             "Column",
@@ -53,20 +53,24 @@ _HOMES = {
         "laws",
     ),
 }
-_MODULES = {"errors": "errors", "when": "laws.conditions"}
+_MODULES = {"errors": "errors", "meshes": "meshes", "orientation": "orientation", "when": "laws.conditions"}
 
 __all__ = [
     "Box",
     "Capsule",
     "Column",
+    "Compound",
     "Contact",
     "Event",
     "FieldLaw",
     "Force",
+    "Hull",
     "Impulse",
     "LawContainer",
+    "Mesh",
     "PairLaw",
     "Param",
+    "Part",
     "PhysicalLaw",
     "PhysicalObject",
     "PhysicsEngine",
@@ -78,6 +82,7 @@ __all__ = [
     "Velocities",
     "errors",
     "hookimpl",
+    "orientation",
     "when",
 ]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from xpheve.errors import InvalidValueError
-from xpheve.shapes.base import Shape, Vec, positive
+from xpheve.shapes.base import Shape, Vec, factors, positive
 
 
 class Box(Shape):
@@ -36,6 +36,12 @@ class Box(Shape):
     def inertia(self, mass: float) -> Vec:
         x, y, z = (edge * edge for edge in self.size)
         return mass * (y + z) / 12, mass * (x + z) / 12, mass * (x + y) / 12
+
+    def reach_from(self, point: Vec) -> float:
+        return math.hypot(*(abs(x) + 0.5 * edge for x, edge in zip(point, self.size, strict=True)))
+
+    def scaled(self, s: float | Sequence[float]) -> Shape:
+        return Box([edge * factor for edge, factor in zip(self.size, factors(s), strict=True)])
 
     def describe(self) -> dict[str, Any]:
         return {"kind": self.kind, "size": list(self.size)}

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from xpheve.shapes.base import Shape, Vec, positive
+from xpheve.shapes.base import Shape, Vec, one_factor, positive
 
 
 class Capsule(Shape):
@@ -34,6 +35,13 @@ class Capsule(Shape):
         along = 0.5 * cylinder * r * r + 0.4 * caps * r * r
         across = cylinder * (r * r / 4 + h * h / 12) + caps * (0.4 * r * r + h * h / 4 + 3.0 / 8.0 * h * r)
         return across, across, along
+
+    def reach_from(self, point: Vec) -> float:
+        return math.hypot(point[0], point[1], abs(point[2]) + 0.5 * self.length) + self.radius
+
+    def scaled(self, s: float | Sequence[float]) -> Shape:
+        factor = one_factor(s, self.kind)
+        return Capsule(self.radius * factor, self.length * factor)
 
     def describe(self) -> dict[str, Any]:
         return {"kind": self.kind, "radius": self.radius, "length": self.length}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from xpheve.errors import InvalidValueError
-from xpheve.shapes.base import Shape, Vec, number
+from xpheve.shapes.base import Shape, Vec, number, one_factor
 
 
 class Plane(Shape):
@@ -45,6 +45,9 @@ class Plane(Shape):
 
     def inertia(self, mass: float) -> Vec:
         raise InvalidValueError("a plane has no moments of inertia: say fixed=True")
+
+    def scaled(self, s: float | Sequence[float]) -> Shape:
+        return Plane(self.normal, self.offset * one_factor(s, self.kind))
 
     def describe(self) -> dict[str, Any]:
         normal = None if self.normal is None else list(self.normal)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from xpheve.shapes.base import Shape, Vec, positive
+from xpheve.shapes.base import Shape, Vec, one_factor, positive
 
 
 class Sphere(Shape):
@@ -28,6 +29,12 @@ class Sphere(Shape):
     def inertia(self, mass: float) -> Vec:
         moment = 0.4 * mass * self.radius * self.radius
         return moment, moment, moment
+
+    def reach_from(self, point: Vec) -> float:
+        return math.hypot(*point) + self.radius
+
+    def scaled(self, s: float | Sequence[float]) -> Shape:
+        return Sphere(self.radius * one_factor(s, self.kind))
 
     def describe(self) -> dict[str, Any]:
         return {"kind": self.kind, "radius": self.radius}
