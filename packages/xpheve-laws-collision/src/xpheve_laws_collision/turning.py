@@ -28,6 +28,7 @@ Array = npt.NDArray[np.float64]
 
 ONE = 1e-9  # of the largest: directions of motion that contacts tell apart by less are one
 REFINEMENTS = 4
+NONE = Fraction(1, 2**70)  # of the pushes that turn a body: what is left of them when they cancel
 SLOW = 1e-12  # of the speeds at hand: missing less than this is missing nothing, when the pushing contacts are sought
 
 
@@ -118,10 +119,13 @@ def after(pushes: Sequence[Push], bodies: Sequence[Body], impulses: Sequence[Fra
         v, turned = list(body.velocity), [0.0, 0.0, 0.0]
         if body.inverse_mass:
             for axis in range(3):
-                v[axis] = pushed(v[axis], body.inverse_mass, [(sign, p, n[axis]) for sign, p, n, _ in mine])
+                speed = pushed(v[axis], body.inverse_mass, [(sign, p, n[axis]) for sign, p, n, _ in mine])
+                v[axis] = speed if speed == v[axis] or abs(speed) > NONE * abs(v[axis]) else 0.0
                 if body.inverse_inertia[axis]:
-                    levers = [(sign, p, c[axis]) for sign, p, _, c in mine]
-                    turned[axis] = pushed(0.0, body.inverse_inertia[axis], levers)
+                    twists = [sign * p * Fraction(c[axis]) for sign, p, _, c in mine]
+                    total = sum(twists, Fraction(0))
+                    if abs(total) > NONE * sum(map(abs, twists)):
+                        turned[axis] = float(total * Fraction(body.inverse_inertia[axis]))
         change = rotate(body.orientation, (turned[0], turned[1], turned[2])) if any(turned) else (0.0, 0.0, 0.0)
         found.append(((v[0], v[1], v[2]), change))
     return found
@@ -163,7 +167,7 @@ def pushing(matrix: Array, wanted: Array) -> list[int]:
         if slow[worst] <= tolerance:
             break
         active[worst] = True
-    return np.flatnonzero(active).tolist()  # type: ignore[no-any-return]
+    return np.flatnonzero(active).tolist()
 
 
 def _inverse(rows: Array) -> Array:

@@ -79,9 +79,13 @@ class LawContainer:
     def set_parameter(self, name: str, value: Any) -> None:
         """Set parameter ``name`` of a container that is in no engine yet. Raises `ParameterError`."""
         if name not in self.params:
-            raise ParameterError(f"{self.label()} has no parameter {name!r}; it has: {', '.join(self.params) or 'none'}")
+            raise ParameterError(
+                f"{self.label()} has no parameter {name!r}; it has: {', '.join(self.params) or 'none'}"
+            )
         if self.engine is not None:
-            raise ParameterError(f"{self!r}: {name} = {value!r}: a container in an engine keeps its parameters; make another")
+            raise ParameterError(
+                f"{self!r}: {name} = {value!r}: a container in an engine keeps its parameters; make another"
+            )
         self.parameters[name] = self.params[name].check(value, self.label())
 
     def add_law(self, law: PhysicalLaw) -> None:

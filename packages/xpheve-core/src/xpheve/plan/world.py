@@ -838,9 +838,14 @@ class World:
         return sorted(found, key=lambda c: self.ranks.container_ranks.get(c, 0))
 
     def put_reaction(
-        self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None
+        self,
+        obj: PhysicalObject,
+        owner: Any,
+        ident: str,
+        force: tuple[float, float, float] | None,
+        torque: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Store (or, with None, withdraw) a reaction force of the contact server on ``obj``."""
+        """Store (or, with None, withdraw) a reaction force, and torque, of the contact server on ``obj``."""
         with self.instant() as transaction:
             transaction.touch(obj)
             held = self.forces.on(obj)
@@ -849,7 +854,7 @@ class World:
                 if mine:
                     held[:] = [one for one in held if one not in mine]
                     transaction.forced.add(obj)
-            elif self.forces.replace(obj, StoredForce(Force(force, id=ident), owner, NEVER, True)):
+            elif self.forces.replace(obj, StoredForce(Force(force, id=ident, torque=torque), owner, NEVER, True)):
                 transaction.forced.add(obj)
             if obj in transaction.forced:
                 self.sum_forces(obj)

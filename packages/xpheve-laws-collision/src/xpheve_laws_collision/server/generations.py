@@ -11,8 +11,9 @@ from xpheve.kernels.vector import Vec, norm
 from xpheve.laws import Impulse, ResponseLaw, Velocities
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision import turning
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, still_speed
-from xpheve_laws_collision.server.pairs import ROUND, Pair, contact_of, immovable, kinetic
+from xpheve_laws_collision.server.pairs import ROUND, Pair, contact_of, kinetic
 from xpheve_laws_collision.simultaneous import apply, components, solve_generation, wanted_speeds
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ class Generations:
         rounds = 0
         while pairs:
             self.server.generations += 1
+            if rounds and not all(self.law(pair).lever_arms for pair in pairs):
+                self.write()  # such laws read the velocities themselves
             self._generation(sorted(pairs, key=lambda pair: (pair[0].rank, pair[1].rank)))
             moved = {obj for pair in pairs for obj in pair if not immovable(obj)}
             pairs = [pair for pair in self.around(moved, pairs) if self.approach(pair) > 0.0]
@@ -326,3 +329,4 @@ class Generations:
                 if spin != self.before[obj][1]:
                     world.bodies.put("angular_velocity", row, [component + 0.0 for component in spin])
                 transaction.forced.add(obj)
+                self.before[obj] = velocity, spin

@@ -10,9 +10,10 @@ from xpheve.kernels.clock import NEVER, elapsed, later
 from xpheve.laws import ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import ULPS, Gap, flipped
 from xpheve_laws_collision.server.generations import Generations
-from xpheve_laws_collision.server.pairs import ROUND, Pair, immovable
+from xpheve_laws_collision.server.pairs import ROUND, Pair
 
 SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
@@ -113,7 +114,9 @@ class ImpactInstant(Generations):
         if restitution >= 1.0:
             return
         if any(self.server._shape(obj).kind not in ROUND for obj in pair):
-            gap = self.server._gap(pair, self.world.time)  # with the new spin, on which the corner's acceleration depends
+            gap = self.server._gap(
+                pair, self.world.time
+            )  # with the new spin, on which the corner's acceleration depends
         if gap.acceleration >= 0.0:
             return
         flight = -2.0 * speed / gap.acceleration

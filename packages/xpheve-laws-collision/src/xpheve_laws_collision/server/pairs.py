@@ -15,11 +15,11 @@ from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer
 from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
-DRIVEN = hasattr(PhysicalObject, "driven")
 TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "told")
 
 
@@ -126,8 +126,12 @@ class Pairs(ContactServer):
         if shape.kind not in ROUND:
             row, bodies = obj._row, self.world.bodies
             orientation, spin = (self.world.read_row(row, name, t) for name in ("orientation", "angular_velocity"))
-            driven = immovable(obj)
-            turning = (spin, (0.0, 0.0, 0.0) if driven else bodies.get("inertia", row), bodies.get("torque", row))
+            still = (0.0, 0.0, 0.0)
+            turning = (
+                (spin, still, still)
+                if immovable(obj)
+                else (spin, bodies.get("inertia", row), bodies.get("torque", row))
+            )
         return Mover(
             (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2])),
             (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
@@ -241,11 +245,6 @@ def _is_known(kind: str, other: str) -> bool:
 def contact_of(pair: Pair, gap: Gap, approach: float, impulse: float = math.nan) -> Contact:
     """What listeners and laws are told of ``pair``."""
     return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach, impulse)
-
-
-def immovable(obj: PhysicalObject) -> bool:
-    """Whether no impulse moves ``obj``: it is fixed, or the host drives it."""
-    return bool(obj.fixed or (DRIVEN and obj.driven))
 
 
 def kinetic(obj: PhysicalObject, velocity: Vec) -> float:

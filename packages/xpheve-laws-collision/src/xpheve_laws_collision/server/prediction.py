@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from xpheve.errors import ContactError
 from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
-from xpheve_laws_collision.server.pairs import Pair, pair_of
+from xpheve_laws_collision.server.pairs import ROUND, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
 
 
@@ -130,8 +131,8 @@ class Prediction(Standing):
                 lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
                 mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
                 after = family.gap(mover_one, mover_two)
-                span = lead + family.impact_time(mover_one, mover_two, after, horizon - lead)
-                act = self._impact
+                span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
+                span += lead
         if span == math.inf:
             return NEVER
         at: Instant = max(later(start, span), world.time)
@@ -164,7 +165,15 @@ class Prediction(Standing):
             return 0.0, self._leave
         if gap.separation < -gap.touch and not answered and pair not in self.inside:
             return 0.0, self._meet
-        return family.impact_time(one, two, gap, horizon), self._impact
+        if touching and self._hops(pair, gap):
+            return -2.0 * gap.speed / gap.acceleration, self._impact
+        return self._search(family, one, two, gap, horizon)
+
+    def _hops(self, pair: Pair, gap: Gap) -> bool:
+        """Whether an extended body leaves to come back before its gap shows: a parabola of which the geometry sees nothing."""
+        if all(self._shape(obj).kind in ROUND for obj in pair) or gap.acceleration >= 0.0:
+            return False
+        return gap.still < gap.speed and gap.speed * gap.speed < -2.0 * gap.acceleration * gap.touch
 
     def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
         tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued, self.told)
@@ -182,12 +191,46 @@ class Prediction(Standing):
         """All impacts of one instant, in generations."""
         self._keep()
         pairs = {pair_of(entry, self): None for entry in entries}
-        passing = [pair for pair in pairs if self.world.response_law(*pair) is None]
+        passing = [pair for pair in pairs if not self._answered(pair)]
         if passing:
             self._pass_through(passing)
         instant = ImpactInstant(self)
         answered = [pair for pair in pairs if pair not in passing]
         instant.solve(answered)
+        instant.finish()
         for pair in answered:
             if pair not in instant.first:
-                self._turned(pair)
+                self._not_met(pair)
+
+    def _not_met(self, pair: Pair) -> None:
+        """A pair that was due and did not approach: it rests, or bodies answer as points and only a corner turns in."""
+        if all(self._shape(obj).kind in ROUND for obj in pair):
+            self._turned(pair)
+            return
+        gap = self._gap(pair, self.world.time)
+        if gap.speed < -gap.still and not self._response(*pair)[0].lever_arms:  # type: ignore[index]
+            self._pass_through([pair])
+            return
+        self._turned(pair)
+        if (
+            pair not in self.touching
+            and pair not in self.inside
+            and pair[0] not in self.held
+            and pair[1] not in self.held
+        ):
+            self._again([(pair, gap, -gap.speed)])
+
+    def _look_again(self, entries: list[Entry]) -> None:
+        """Pairs whose search had shown that there is nothing until now."""
+        self._keep()
+        self._again([(pair, self._gap(pair, self.world.time), 0.0) for pair in [pair_of(one, self) for one in entries]])
+
+    def _search(self, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float) -> tuple[float, Any]:
+        """When they meet, or until when it is known that they do not."""
+        try:
+            return family.impact_time(one, two, gap, horizon), self._impact
+        except ContactError as error:
+            until = getattr(error, "until", None)
+            if until is None:
+                raise
+            return until, self._look_again

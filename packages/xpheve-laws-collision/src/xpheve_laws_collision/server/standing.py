@@ -10,9 +10,10 @@ from xpheve.kernels.quaternion import rotate_inverse
 from xpheve.kernels.vector import Vec
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, flipped
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
-from xpheve_laws_collision.server.pairs import ROUND, Pair, Support, immovable, kinetic, pair_of
+from xpheve_laws_collision.server.pairs import ROUND, Pair, Support, kinetic, pair_of
 from xpheve_laws_collision.server.telling import Telling
 
 
@@ -32,9 +33,7 @@ class Standing(Telling):
                     del self.collapsing[pair]
         if obj in self.held and (
             any(self.world.bodies.get("velocity", obj._row))
-            or (
-                self._shape(obj).kind not in ROUND and any(self.world.bodies.get("angular_velocity", obj._row))
-            )
+            or (self._shape(obj).kind not in ROUND and any(self.world.bodies.get("angular_velocity", obj._row)))
         ):
             self._release(obj)
         elif obj in self.held:
