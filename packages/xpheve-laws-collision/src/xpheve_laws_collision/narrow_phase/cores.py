@@ -63,7 +63,13 @@ class Core:
         n = len(self.vertices)
         self.edges = [(0, 1)] if n == 2 else [(k, (k + 1) % n) for k in range(n)]
         self.directions = _directions(self.vertices, self.edges)
-        if n > 2:
+        if n == 2:
+            along = self.directions[0]
+            across = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+            across = across / np.linalg.norm(across)
+            other = np.cross(along, across)
+            self.normals = np.array([across, -across, other, -other])
+        else:
             normal = _face_normal(self.vertices)
             inside = np.cross(self.directions, normal)
             self.normals = np.concatenate([[normal, -normal], inside, -inside])
