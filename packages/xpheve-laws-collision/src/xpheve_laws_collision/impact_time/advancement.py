@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.errors import ContactError
-from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale, sub
+from xpheve.kernels.vector import Vec, cross, dot, norm, sub
 from xpheve_laws_collision.impact_time.path import Path
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane
 from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere
@@ -103,15 +103,13 @@ def first_impact(pair: Pair, horizon: float) -> float:
             if not t <= horizon or t == math.inf:
                 return math.inf
         stand = pair.stand(t)
-        least = 0.0
         if stand.separation <= stand.touch:
             speed, rate, still = stand.pressing()
             if speed < -still:
                 return arrived(pair, t, stand.separation, speed, horizon)
             if speed <= still and rate < 0.0 and t == 0.0:
                 return math.inf  # a support
-            least = clearing(pair, t, stand)
-        s = max(safe_step(pair, t, stand, horizon - t), least)
+        s = safe_step(pair, t, stand, horizon - t)
         if t + s == t and s < math.inf:
             # The clock cannot tell the rest of the way from none.
             if stand.pressing()[0] < 0.0:
@@ -124,11 +122,14 @@ def first_impact(pair: Pair, horizon: float) -> float:
 
 
 def arrived(pair: Pair, t: float, separation: float, speed: float, horizon: float) -> float:
-    """The instant of the touch from one within ``touch`` of it: a last Newton step."""
+    """The instant of the touch from one within ``touch`` of it: a last Newton step, if it helps."""
     if t == 0.0 or separation <= 0.0:
         return t
     refined = t + separation / -speed
-    return refined if refined <= horizon else t
+    # Where it has only just turned to approach, the speed says little of the way that is left.
+    if refined <= horizon and abs(pair.stand(refined).separation) <= separation:
+        return refined
+    return t
 
 
 def far_jump(pair: Pair, t: float) -> float:
@@ -145,14 +146,6 @@ def far_jump(pair: Pair, t: float) -> float:
     if not norm(d) > FAR * reach or reach == math.inf:
         return 0.0
     return sphere_sphere(d, v, acceleration, 0.5 * (1.0 + FAR) * reach, 0.0, 0.0, math.inf)
-
-
-def clearing(pair: Pair, t: float, stand: Stand) -> float:
-    """A time [s] in which what touches and is still comes no nearer than half of what counts as none."""
-    a, b = pair.path_a.at(t), pair.path_b.at(t)
-    bend = _bends(pair, t, 0.0, stand, (0.0, 0.0, 0.0))
-    bend += norm(sub(b.acceleration, a.acceleration))
-    return math.sqrt(stand.touch / bend) if bend > 0.0 else 0.0
 
 
 def safe_step(pair: Pair, t: float, stand: Stand, left: float) -> float:
@@ -185,7 +178,12 @@ def _step(pair: Pair, t: float, stand: Stand, w: Vec, window: float) -> float:
         rate_w, pull = norm(w), norm(acceleration)
         far = norm(stand.moved) + window * (norm(v) + 0.5 * window * pull)
         bend += pull + 2.0 * rate_w * (norm(v) + window * pull) + rate_w * rate_w * far
-    return min(_first_root(np.maximum(gaps, 0.0), slopes, bend), window if _bounded(pair, w) else math.inf)
+    gaps = np.maximum(gaps, 0.0)
+    s = _first_root(gaps, slopes, bend)
+    if stand.separation <= stand.touch and s * s * bend < stand.touch:
+        # What counts as none may be used up: without it a graze would take for ever.
+        s = _first_root(gaps + 0.5 * stand.touch, slopes, bend)
+    return min(s, window if _bounded(pair, w) else math.inf)
 
 
 def _bounded(pair: Pair, w: Vec) -> bool:
@@ -273,4 +271,4 @@ def _spin(path: Path, t: float, reach: float) -> float:
     return rate * reach if reach < math.inf else 0.0
 
 
-__all__ = ["STEPS", "UndecidedError", "add", "first_impact", "first_leave", "scale"]
+__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave"]

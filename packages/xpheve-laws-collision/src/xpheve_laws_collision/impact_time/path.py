@@ -36,6 +36,7 @@ class Path:
         self.start = mover
         self.way = way_of_turning(mover.orientation, mover.angular_velocity, mover.inertia, mover.torque)
         self.constants: tuple[float, ...] = ()
+        self._last: tuple[float, Mover] = (0.0, mover)
         if self.way == FREE:
             self.constants = prepare(mover.orientation, mover.angular_velocity, mover.inertia)
         self.steady = self.way == RESTING or (self.way == FREE and self.constants[0] == STEADY)
@@ -44,6 +45,11 @@ class Path:
 
     def at(self, s: float) -> Mover:
         """The mover ``s`` [s] later."""
+        if s != self._last[0]:
+            self._last = (s, self._at(s))
+        return self._last[1]
+
+    def _at(self, s: float) -> Mover:
         m = self.start
         if s == 0.0:
             return m

@@ -28,7 +28,7 @@ class Axis(NamedTuple):
     distance: float
     normal: Array
     kind: int
-    edges: tuple[Array, Array] | None = None
+    edges: tuple[Array | None, Array | None] = (None, None)
 
 
 def widest(core_a: Core, core_b: Core, turn_a: Array, turn_b: Array, a: Array, b: Array) -> Axis:

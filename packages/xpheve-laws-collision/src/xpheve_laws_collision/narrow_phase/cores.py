@@ -20,6 +20,7 @@ from xpheve_laws_collision.narrow_phase import Vec
 Array = NDArray[np.float64]
 
 COPLANAR = 1e-10  # triangles whose normals (as unit vectors) and planes (of the size) agree to this are one face
+MANY = 60  # edges of a core whose parallel ones are not looked for
 KEPT = 4096  # shapes whose cores are remembered
 
 _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
@@ -63,7 +64,13 @@ class Core:
         n = len(self.vertices)
         self.edges = [(0, 1)] if n == 2 else [(k, (k + 1) % n) for k in range(n)]
         self.directions = _directions(self.vertices, self.edges)
-        if n > 2:
+        if n == 2:
+            along = self.directions[0]
+            across = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
+            across = across / np.linalg.norm(across)
+            other = np.cross(along, across)
+            self.normals = np.array([across, -across, other, -other])
+        else:
             normal = _face_normal(self.vertices)
             inside = np.cross(self.directions, normal)
             self.normals = np.concatenate([[normal, -normal], inside, -inside])
@@ -129,7 +136,7 @@ def merged_faces(points: Array, triangles: NDArray[Any]) -> list[tuple[int, ...]
     middle = points.mean(axis=0)
     size = float(np.abs(points - middle).max())
     faces: list[tuple[int, ...]] = []
-    seen: list[tuple[Array, float]] = []
+    seen = np.zeros((len(triangles), 4))  # normal and height
     for triangle in triangles:
         corners = points[triangle]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
@@ -140,9 +147,11 @@ def merged_faces(points: Array, triangles: NDArray[Any]) -> list[tuple[int, ...]
         if normal @ (corners[0] - middle) < 0.0:
             normal = -normal
         height = float(normal @ corners[0])
-        if any(float(np.abs(n - normal).max()) < COPLANAR and abs(h - height) < COPLANAR * size for n, h in seen):
+        known = seen[: len(faces)]
+        same = (np.abs(known[:, :3] - normal) < COPLANAR).all(axis=1) & (np.abs(known[:, 3] - height) < COPLANAR * size)
+        if same.any():
             continue
-        seen.append((normal, height))
+        seen[len(faces)] = (*normal, height)
         on = np.flatnonzero(np.abs(points @ normal - height) < COPLANAR * size)
         faces.append(_ordered(points, on, normal))
     return faces
@@ -181,13 +190,16 @@ def _face_normal(corners: Array) -> Array:
 
 
 def _directions(vertices: Array, edges: list[tuple[int, int]]) -> Array:
-    found: list[Array] = []
-    for i, j in edges:
-        along = vertices[j] - vertices[i]
-        along = along / np.linalg.norm(along)
-        if not any(float(np.abs(np.cross(along, other)).max()) < 1e-14 for other in found):
-            found.append(along)
-    return np.array(found)
+    ends = np.array(edges)
+    along = vertices[ends[:, 1]] - vertices[ends[:, 0]]
+    along = along / np.sqrt((along * along).sum(axis=1))[:, None]
+    if len(along) > MANY:
+        return np.asarray(along)
+    kept: list[int] = []
+    for k, direction in enumerate(along):
+        if not kept or float(np.abs(np.cross(direction, along[kept])).max(axis=1).min()) >= 1e-14:
+            kept.append(k)
+    return np.asarray(along[kept])
 
 
 def matrix(q: Quat) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -85,22 +86,17 @@ class Standing:
     def _fixed_to(self, distance: float, normal: Vec, corners: int) -> Axis:
         """The direction of the nearest points, with what it turns with."""
         n = np.array(normal)
-        if corners < 3:
-            return Axis(distance, n, POINTS)
         level = 1e-9 * self.size
-        high_a = self.corners_a @ n
-        high_b = self.corners_b @ n
-        on_a = np.flatnonzero(high_a >= high_a.max() - level)
-        on_b = np.flatnonzero(high_b <= high_b.min() + level)
-        if len(on_a) > 2:
+        heights, depths = self.corners_a @ n, self.corners_b @ n
+        top = np.flatnonzero(heights >= heights.max() - level)
+        low = np.flatnonzero(depths <= depths.min() + level)
+        if len(top) > 2 and corners > 2:
             return Axis(distance, n, FACE_A)
-        if len(on_b) > 2:
+        if len(low) > 2 and corners > 2:
             return Axis(distance, n, FACE_B)
-        if len(on_a) == 2 and len(on_b) == 2:
-            along_a = self.corners_a[on_a[1]] - self.corners_a[on_a[0]]
-            along_b = self.corners_b[on_b[1]] - self.corners_b[on_b[0]]
-            return Axis(distance, n, EDGES, (along_a / np.linalg.norm(along_a), along_b / np.linalg.norm(along_b)))
-        return Axis(distance, n, POINTS)
+        first = _along(self.corners_a, top) if len(top) == 2 else None
+        second = _along(self.corners_b, low) if len(low) == 2 else None
+        return Axis(distance, n, POINTS if first is None and second is None else EDGES, (first, second))
 
     # Rates
 
@@ -110,21 +106,29 @@ class Standing:
             return self.a.angular_velocity
         if self.axis.kind == FACE_B:
             return self.b.angular_velocity
-        if self.axis.kind == EDGES and self.axis.edges is not None:
+        if self.axis.kind == EDGES:
             return self._turning_of_edges(*self.axis.edges)
         return (0.0, 0.0, 0.0)
 
-    def _turning_of_edges(self, first: Array, second: Array) -> Vec:
-        """w with (w x n) . e = -n . (omega x e) for both edges e: n stays across both."""
-        n, e, f = self.normal, _vec(first), _vec(second)
-        p = -dot(n, cross(self.a.angular_velocity, e))
-        q = -dot(n, cross(self.b.angular_velocity, f))
+    def _turning_of_edges(self, first: Array | None, second: Array | None) -> Vec:
+        """w with (w x n) . e = -n . (omega x e) for each edge e: n stays across."""
+        n = self.normal
+        e, p = self._leaning(first, self.a)
+        f, q = self._leaning(second, self.b)
         cosine = dot(e, f)
         sine = norm(cross(e, f)) ** 2
-        if sine < 1e-8:
-            return (0.0, 0.0, 0.0)
-        rate = add(scale(e, (p - cosine * q) / sine), scale(f, (q - cosine * p) / sine))
+        if first is None or second is None or sine < 1e-8:
+            rate = scale(e, p) if first is not None else scale(f, q)
+        else:
+            rate = add(scale(e, (p - cosine * q) / sine), scale(f, (q - cosine * p) / sine))
         return cross(n, rate)
+
+    def _leaning(self, edge: Array | None, mover: Mover) -> tuple[Vec, float]:
+        """The edge, and the rate at which n has to lean along it."""
+        if edge is None:
+            return (0.0, 0.0, 0.0), 0.0
+        e = _vec(edge)
+        return e, -dot(self.normal, cross(mover.angular_velocity, e))
 
     def speed_at(self, place: Vec) -> float:
         """Rate [m/s] of the gap at ``place`` (about a's centre), of the material there."""
@@ -183,7 +187,16 @@ class Standing:
         """The deepest point; of those as deep as touching goes, the one that approaches fastest."""
         found = self.gaps()
         deepest = min(one.separation for one in found)
-        return min((one for one in found if one.separation <= deepest + self.touch), key=lambda one: one.speed)
+        return min(
+            (one for one in found if one.separation <= max(deepest, 0.0) + self.touch or one.separation == deepest),
+            key=lambda one: one.speed,
+        )
+
+
+def _along(corners: Array, two: Any) -> Array:
+    """Unit vector along the edge of ``two`` corners."""
+    edge: Array = corners[two[1]] - corners[two[0]]
+    return np.asarray(edge / np.linalg.norm(edge))
 
 
 def _bent(mover: Mover, arm: Vec) -> Vec:
