@@ -16,6 +16,8 @@ from xpheve_laws_collision.server.saving import Saving
 class Answers(Generations):
     """One law and the contacts it was given; nobody else is asked, and no table of the server changes."""
 
+    counts = 0  # `PhysicalLaw.enforce` has counted
+
     def __init__(self, server: Saving, law: ResponseLaw, contacts: Sequence[Contact]) -> None:
         super().__init__(server)
         self._law = law

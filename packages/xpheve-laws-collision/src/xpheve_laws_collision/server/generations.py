@@ -13,7 +13,7 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision import turning
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, still_speed
-from xpheve_laws_collision.server.pairs import ROUND, Pair, contact_of, kinetic
+from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, contact_of, kinetic
 from xpheve_laws_collision.simultaneous import apply, components, solve_generation, wanted_speeds
 
 if TYPE_CHECKING:
@@ -34,6 +34,9 @@ class Spot(NamedTuple):
 
 class Generations:
     """The velocities of those involved at an instant, generation after generation. Nothing is written before `write`."""
+
+    counts = 1
+    """Whether a question to a law counts as its evaluation."""
 
     def __init__(self, server: Standing) -> None:
         self.server = server
@@ -132,11 +135,14 @@ class Generations:
         """Speed [m/s] that is none, at ``gap``."""
         speeds = math.hypot(*self.velocity_of(pair[0])) + math.hypot(*self.velocity_of(pair[1]))
         if self.turns(pair):
+            none = TURNING * gap.still
+            if all((self.velocity[obj], self.spin[obj]) == self.before[obj] for obj in pair):
+                return none  # as it was predicted
             for obj in pair:
                 if any(self.spin[obj]):
                     x = self.world.read_row(obj._row, "position")
                     speeds += norm(self.spin[obj]) * math.dist(gap.point, x)
-            return max(still_speed(4.0 * speeds, gap.acceleration), gap.still)
+            return max(none, still_speed(TURNING * speeds, gap.acceleration))
         return still_speed(speeds, gap.acceleration)
 
     def approaches(self, pair: Pair) -> list[tuple[Gap, float]]:
@@ -247,7 +253,7 @@ class Generations:
 
     def _ask(self, pair: Pair, gap: Gap, approach: float) -> float | Impulse | Velocities:
         law = self.law(pair)
-        law.evaluations += 1
+        law.evaluations += self.counts
         try:
             answer = law.respond(contact_of(pair, gap, approach))
         except Exception as error:

@@ -18,6 +18,7 @@ from xpheve_laws_collision.server.pairs import ROUND, Pair
 SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
 CLOSE = 1e-7  # [s]
+TURNING_STREAK, TURNING_CLOSE = 200, 1e-6  # the same where bodies turn, each of whose impacts takes milliseconds
 
 
 class ImpactInstant(Generations):
@@ -50,12 +51,13 @@ class ImpactInstant(Generations):
                 continue
             partner = pair[1] if obj is pair[0] else pair[0]
             count, last, other = self.server.streaks.get(obj, (0, NEVER, partner.serial))
-            if last == NEVER or elapsed(now, last) >= CLOSE:
+            turns = self.turns(pair)
+            if last == NEVER or elapsed(now, last) >= (TURNING_CLOSE if turns else CLOSE):
                 count = 0
-            alone = other == partner.serial and not self.turns(pair) and self._ends_in_closed_form(pair)
+            alone = other == partner.serial and not turns and self._ends_in_closed_form(pair)
             count = count if alone else count + 1
             self.server.streaks[obj] = (count, now, partner.serial)
-            if count > STREAK:
+            if count > (TURNING_STREAK if turns else STREAK):
                 if law.parameters.get("resting") != "hold":
                     raise ContactError(
                         f"{obj!r} bounces ever faster at t = {now[0]} s (last between {pair[0].label} and {pair[1].label}): "

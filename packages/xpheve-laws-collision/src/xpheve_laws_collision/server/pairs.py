@@ -25,6 +25,8 @@ TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "to
 
 ROUND = ("sphere", "plane")
 """Shapes whose normals at contacts give no spin."""
+TURNING = 4.0
+"""For other shapes, the speed that counts as none is this times as much: levers and rotations round more often."""
 
 
 class _Point:

@@ -15,7 +15,7 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
-from xpheve_laws_collision.server.pairs import ROUND, Pair, pair_of
+from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
 
 
@@ -117,6 +117,8 @@ class Prediction(Standing):
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = self._mover(one, start), self._mover(two, start)
         gap = family.gap(mover_one, mover_two)
+        if not self._is_round(pair):
+            gap = gap._replace(still=TURNING * gap.still)
         horizon = elapsed(end, start)
         if standing is not None and self._late_laws(pair, standing):
             span, act = 0.0, self._tell_late
@@ -171,7 +173,7 @@ class Prediction(Standing):
 
     def _hops(self, pair: Pair, gap: Gap) -> bool:
         """Whether an extended body leaves to come back before its gap shows: a parabola of which the geometry sees nothing."""
-        if all(self._shape(obj).kind in ROUND for obj in pair) or gap.acceleration >= 0.0:
+        if self._is_round(pair) or gap.acceleration >= 0.0:
             return False
         return gap.still < gap.speed and gap.speed * gap.speed < -2.0 * gap.acceleration * gap.touch
 
@@ -204,7 +206,7 @@ class Prediction(Standing):
 
     def _not_met(self, pair: Pair) -> None:
         """A pair that was due and did not approach: it rests, or bodies answer as points and only a corner turns in."""
-        if all(self._shape(obj).kind in ROUND for obj in pair):
+        if self._is_round(pair):
             self._turned(pair)
             return
         gap = self._gap(pair, self.world.time)
@@ -212,13 +214,14 @@ class Prediction(Standing):
             self._pass_through([pair])
             return
         self._turned(pair)
-        if (
-            pair not in self.touching
-            and pair not in self.inside
-            and pair[0] not in self.held
-            and pair[1] not in self.held
-        ):
+        if pair not in self.touching and pair not in self.inside and not any(obj in self.held for obj in pair):
+            seen = self.told.get(pair) == self.world.time
             self._again([(pair, gap, -gap.speed)])
+            if seen:  # asked at this very instant already: go on where the gap has changed by what counts as none
+                self.told[pair] = later(self.world.time, gap.touch / max(abs(gap.speed), gap.still))
+
+    def _is_round(self, pair: Pair) -> bool:
+        return self._shape(pair[0]).kind in ROUND and self._shape(pair[1]).kind in ROUND
 
     def _look_again(self, entries: list[Entry]) -> None:
         """Pairs whose search had shown that there is nothing until now."""
