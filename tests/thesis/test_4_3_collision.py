@@ -7,7 +7,8 @@ import math
 import pytest
 
 import xpheve as xp
-from xpheve.errors import InvalidValueError
+from xpheve.errors import InvalidValueError, NotAcceptedError
+from xpheve_laws_collision import BoundingBoxes, Picking
 
 
 def bounced(velocity: tuple[float, float, float], factor: float, height: float = 1.0) -> tuple[float, ...]:
@@ -168,3 +169,135 @@ def test_4_3_3_fig_4_19_objects_added_to_a_live_law_are_watched_and_removed_ones
     late = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, -9, 0), velocity=(1, 0, 0)), laws=[law])
     engine.run(until=20.0)
     assert [ball.velocity[0] for ball in (*balls, late)] == [-1, 1, 1, -1] and wall.position == (0, 0, 0)
+
+
+class Hear(xp.PhysicalLaw):
+    """Keeps the contacts that it is told of."""
+
+    role = "collision"
+    condition = xp.when.Impact()
+
+    def __init__(self, **given: object) -> None:
+        super().__init__(**given)  # type: ignore[arg-type]
+        self.heard: list[xp.Contact] = []
+
+    def enforce_this_law(self, event: xp.Event) -> None:
+        """Keep them."""
+        self.heard += event.contacts
+
+
+def test_4_3_1_fig_4_12_of_five_balls_each_touching_pair_is_reported_once_with_normal_and_point() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Hear())
+    for k, speed in enumerate((4.0, 2.0, 0.0, -2.0, -4.0)):
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(2.0 * k, 0, 0), velocity=(speed, 0, 0)), laws=[law])
+    engine.run(until=0.51)
+    assert len(law.heard) == len({frozenset((c.body_a, c.body_b)) for c in law.heard}) == 4
+    assert all(abs(c.normal[0]) == 1.0 and c.approach_speed == 2.0 for c in law.heard)
+    assert sorted(c.point[0] for c in law.heard) == pytest.approx([2.5, 3.5, 4.5, 5.5])
+
+
+def test_4_3_2_a_body_that_is_hit_off_its_centre_answers_as_a_point_or_with_its_inertia() -> None:
+    for law, spin in (("collision:point", 0.0), ("collision:elastic", -0.8 * 6 / (1 / 1 + 1 / 1 + 0.8**2 / (4.04 / 12)) / (4.04 / 12))):
+        engine = xp.PhysicsEngine()
+        made = engine.add_law(law)
+        rod = engine.add_object(xp.PhysicalObject(xp.Box((0.2, 2.0, 0.2))), laws=[made])
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(-1, 0.8, 0), velocity=(3, 0, 0)), laws=[made])
+        engine.run(until=0.4)
+        assert rod.angular_velocity == pytest.approx((0, 0, spin), abs=1e-13)
+
+
+def pair(container: xp.LawContainer, shape: xp.Shape, gap: float, **second: object) -> tuple[xp.PhysicsEngine, Hear]:
+    """Return an engine with a ball of radius 0.5 at 6 m/s along x, and another body ``gap`` before it."""
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Hear(), container=container)
+    engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), velocity=(6, 0, 0)), laws=[law])
+    engine.add_object(xp.PhysicalObject(shape, **({"position": (1 + gap, 0, 0)} | second)), laws=[law])  # type: ignore[arg-type]
+    engine.step(1 / 60)
+    return engine, law
+
+
+def test_4_3_3_fig_4_20_bounding_boxes_may_be_early_and_the_exact_container_waits_until_they_touch() -> None:
+    corner = {"position": (0.9, 0.9, 0)}
+    assert len(pair(BoundingBoxes(), xp.Sphere(0.5), 0.0, **corner)[1].heard) == 1
+    assert len(pair(xp.LawContainer(xp.when.Impact()), xp.Sphere(0.5), 0.0, **corner)[1].heard) == 0
+
+
+@pytest.mark.parametrize(("gap", "factor", "found"), [(0.19, 2.0, 1), (0.21, 2.0, 0), (0.31, 3.0, 0), (0.29, 3.0, 1)])
+def test_4_3_3_fig_4_21_and_4_22_what_lies_ahead_within_tau_is_found(gap: float, factor: float, found: int) -> None:
+    _, law = pair(Picking(factor=factor), xp.Sphere(0.5), gap)
+    assert len(law.heard) == found
+    for contact in law.heard:
+        assert abs(contact.normal[0]) == 1.0 and contact.separation == pytest.approx(gap) and contact.approach_speed == 6.0
+
+
+def test_4_3_3_fig_4_23_overlap_is_found_through_the_range_below_zero() -> None:
+    assert len(pair(Picking(), xp.Box((1, 1, 1)), -0.19)[1].heard) == 1
+    assert len(pair(Picking(), xp.Box((1, 1, 1)), -0.21)[1].heard) == 0
+
+
+def test_4_3_3_the_pick_from_the_centre_misses_glancing_hits_and_has_no_direction_at_rest() -> None:
+    assert len(pair(Picking(), xp.Sphere(0.5), 0.0, position=(0.6, 0.75, 0))[1].heard) == 0  # they overlap; the ray goes by
+    assert len(pair(Picking(), xp.Sphere(0.5), -0.05, velocity=(6, 0, 0))[1].heard) == 0
+
+
+@pytest.mark.parametrize("kind", [BoundingBoxes, Picking])
+def test_4_3_3_a_third_body_that_touches_a_pair_is_reported_too(kind: type[xp.LawContainer]) -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Hear(), container=kind())
+    for x, v in ((0.0, 1.0), (1.0, 0.0), (2.0, -1.0)):
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(x, 0, 0), velocity=(v, 0, 0)), laws=[law])
+    engine.step(0.01)
+    assert len(law.heard) == 2
+
+
+def test_4_3_3_fig_4_19_a_live_bounding_box_container_watches_what_is_added_and_not_what_is_removed() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law("collision:stop", container="collision:bounding_box")
+    engine.add_object(xp.PhysicalObject(xp.Plane((-1, 0, 0), offset=-5), fixed=True), laws=[law])
+    balls = [engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 3 * k, 0), velocity=(1, 0, 0))) for k in range(2)]
+    engine.run(until=1.0, dt=0.1)
+    engine.map(balls[0], law)
+    engine.map(balls[1], law)
+    engine.run(until=2.0, dt=0.1)
+    engine.unmap(balls[1], law)
+    engine.run(until=9.0, dt=0.1)
+    assert balls[0].velocity == (0, 0, 0) and balls[1].velocity == (1, 0, 0)
+
+
+def test_3_2_2_3_fig_3_11_a_hundred_detections_and_three_enforcements_for_each_event() -> None:
+    engine = xp.PhysicsEngine()
+    container = BoundingBoxes(period=0.01)
+    laws = [engine.add_law(Hear(name=name), container=container) for name in "abc"]
+    for x, v in ((0.0, 1.0), (1.505, 0.0)):
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(x, 0, 0), velocity=(v, 0, 0)), laws=laws)
+    engine.run(until=1.0)
+    assert container.detections == 100 and container.firings == 50
+    assert [law.evaluations for law in laws] == [50, 50, 50]
+
+
+@pytest.mark.parametrize("container", ["collision:bounding_box", "collision:picking", "collision:exact"])
+def test_fig_3_16_and_3_17_a_collision_container_refuses_a_law_of_another_role(container: str) -> None:
+    with pytest.raises(NotAcceptedError, match=rf"{container} accepts.*role 'collision'.*gravity"):
+        xp.PhysicsEngine().add_law("basic:planet_gravity", container=container)
+
+
+@pytest.mark.parametrize("law", ["collision:reverse", "collision:stop"])
+def test_2_6_the_cheapest_responses(law: str) -> None:
+    engine = xp.PhysicsEngine()
+    made = engine.add_law(law, container="collision:bounding_box")
+    engine.add_object(xp.PhysicalObject(xp.Box((1, 1, 1)), velocity=(1, 0, 0)), laws=[made])
+    engine.add_object(xp.PhysicalObject(xp.Box((1, 1, 1)), position=(2, 0, 0), fixed=True), laws=[made])
+    engine.run(until=2.0, dt=0.1)
+    assert engine.objects[0].velocity == ((-1, 0, 0) if law == "collision:reverse" else (0, 0, 0))
+
+
+def test_fig_3_13_a_car_that_is_a_box_neither_passes_the_wall_nor_gains_energy() -> None:
+    engine = xp.PhysicsEngine()
+    bounce = engine.add_law("collision:elastic", restitution=0.5, resting="hold")
+    engine.add_object(xp.PhysicalObject(xp.Plane((-1, 0, 0), offset=-5), fixed=True), laws=[bounce])
+    car = engine.add_object(xp.PhysicalObject(xp.Box((4, 1.5, 2)), mass=10.0), laws=[bounce])
+    car.add_force((20, 0, 0))
+    record = engine.run(until=30.0, every=0.05)
+    assert record[car].position[:, 0].max() <= 3.0 + 1e-9
+    assert car.velocity == (0, 0, 0) and engine.energy().kinetic == 0.0

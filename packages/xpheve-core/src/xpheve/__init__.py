@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         Param,
         PhysicalLaw,
         ResponseLaw,
+        Velocities,
     )
     from xpheve.laws import conditions as when
     from xpheve.objects import PhysicalObject
@@ -52,6 +53,7 @@ _HOMES = {
             "Param",
             "PhysicalLaw",
             "ResponseLaw",
+            "Velocities",
         ),
         "laws",
     ),
@@ -85,6 +87,7 @@ __all__ = [
     "ResponseLaw",
     "Shape",
     "Sphere",
+    "Velocities",
     "errors",
     "hookimpl",
     "orientation",

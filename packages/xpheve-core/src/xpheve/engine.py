@@ -27,7 +27,7 @@ from xpheve.errors import (
 )
 from xpheve.forces import Force
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later, multiple
-from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import Contact, ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject, Quat
 from xpheve.observers import Observer, Probe
@@ -274,9 +274,10 @@ class PhysicsEngine(Control):
                     )
                 return None
         kind = self.registry.container(container) if isinstance(container, str) else container or LawContainer
-        condition = None if kind.condition is not None else law.condition
+        condition = None if kind.condition is not None or kind.detects() else law.condition
+        usual = {key: param.default for key, param in kind.params.items()}
         for held in self._world.containers:
-            same = held.condition == (kind.condition if condition is None else condition)
+            same = held.condition == (kind.condition if condition is None else condition) and held.parameters == usual
             if type(held) is kind and same and not held.name and held not in self._world.spent:
                 return held
         return kind(condition)
@@ -753,6 +754,14 @@ class PhysicsEngine(Control):
             world.renewed.update((law, obj) for obj in objects)
             for obj in objects:
                 world.sum_forces(obj)
+
+    def answer_contacts(self, law: ResponseLaw, contacts: tuple[Contact, ...]) -> None:
+        """Let ``law`` answer ``contacts`` that a polled container found now; those that approach get impulses."""
+        if contacts:
+            self._serve_contacts()
+            with self._world.instant():
+                assert self._world.contacts is not None
+                self._world.contacts.answer(law, contacts)
 
     def random_stream(self, law: PhysicalLaw) -> np.random.Generator:
         """The random numbers of ``law``: seeded by the scene's seed and the law's rank."""

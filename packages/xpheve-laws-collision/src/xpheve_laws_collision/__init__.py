@@ -1,9 +1,14 @@
-"""Laws of touching bodies: exact impact times, restitution, support."""
+"""Laws of touching bodies: exact impact times, restitution, support; and the cheaper containers and answers of the thesis."""
 
+from xpheve_laws_collision.containers.bounding_box import BoundingBoxes
 from xpheve_laws_collision.containers.exact import ExactContacts
+from xpheve_laws_collision.containers.picking import Picking
 from xpheve_laws_collision.laws.elastic import Elastic
+from xpheve_laws_collision.laws.point import Point
+from xpheve_laws_collision.laws.reverse import Reverse
+from xpheve_laws_collision.laws.stop import Stop
 from xpheve_laws_collision.server import ExactServer
 
 __version__ = "0.1.0"
 
-__all__ = ["Elastic", "ExactContacts", "ExactServer"]
+__all__ = ["BoundingBoxes", "Elastic", "ExactContacts", "ExactServer", "Picking", "Point", "Reverse", "Stop"]

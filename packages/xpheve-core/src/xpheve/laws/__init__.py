@@ -11,6 +11,7 @@ from xpheve.laws.law import (
     PairLaw,
     PhysicalLaw,
     ResponseLaw,
+    Velocities,
 )
 from xpheve.laws.param import Column, Param
 
@@ -28,4 +29,5 @@ __all__ = [
     "Param",
     "PhysicalLaw",
     "ResponseLaw",
+    "Velocities",
 ]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from xpheve.errors import InvalidValueError, NotAcceptedError
+from xpheve.errors import InvalidValueError, NotAcceptedError, ParameterError
 from xpheve.laws.conditions import Condition
 from xpheve.laws.event import Event
 from xpheve.laws.law import PhysicalLaw
+from xpheve.laws.param import Param
 
 if TYPE_CHECKING:
     from xpheve.objects import PhysicalObject
@@ -24,6 +25,13 @@ class LawContainer:
         In place of the class's own.
     name
         For listings and scene files.
+    **parameters
+        Values of the `Param` s of the class, as laws have them; those of a container in an engine stay.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter is unknown or does not fit its declaration.
     """
 
     id: ClassVar[str] = ""
@@ -34,8 +42,19 @@ class LawContainer:
     """If not empty, only laws of this role."""
     period: float | None = None
     """Time [s] between two calls of an overridden `detect`; None for the start of each host step."""
+    params: ClassVar[dict[str, Param]] = {}
+    span: float = 0.0
+    """Time [s] from this call of `detect` to the next; set before each."""
 
-    def __init__(self, condition: Condition | None = None, *, name: str = "") -> None:
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.params = cls.params | {name: value for name, value in cls.__dict__.items() if isinstance(value, Param)}
+
+    def __init__(self, condition: Condition | None = None, *, name: str = "", **parameters: Any) -> None:
+        self.parameters: dict[str, Any] = {key: param.default for key, param in self.params.items()}
+        self.engine: Any = None
+        for key, value in parameters.items():
+            self.set_parameter(key, value)
         if condition is not None:
             if not isinstance(condition, Condition):
                 raise InvalidValueError(
@@ -46,7 +65,6 @@ class LawContainer:
         self.laws: list[PhysicalLaw] = []
         self.firings = 0
         self.detections = 0
-        self.engine: Any = None
 
     @classmethod
     def label(cls) -> str:
@@ -55,7 +73,20 @@ class LawContainer:
 
     def __repr__(self) -> str:
         named = f" {self.name!r}" if self.name else ""
-        return f"<{self.label()}{named}: {self.condition}>"
+        when = self.condition if self.condition is not None or not self.is_polled else "polled"
+        return f"<{self.label()}{named}: {when}>"
+
+    def set_parameter(self, name: str, value: Any) -> None:
+        """Set parameter ``name`` of a container that is in no engine yet. Raises `ParameterError`."""
+        if name not in self.params:
+            raise ParameterError(
+                f"{self.label()} has no parameter {name!r}; it has: {', '.join(self.params) or 'none'}"
+            )
+        if self.engine is not None:
+            raise ParameterError(
+                f"{self!r}: {name} = {value!r}: a container in an engine keeps its parameters; make another"
+            )
+        self.parameters[name] = self.params[name].check(value, self.label())
 
     def add_law(self, law: PhysicalLaw) -> None:
         """Put ``law`` in.
@@ -112,7 +143,12 @@ class LawContainer:
     @property
     def is_polled(self) -> bool:
         """Whether the container overrides `detect`."""
-        return type(self).detect is not LawContainer.detect
+        return type(self).detects()
+
+    @classmethod
+    def detects(cls) -> bool:
+        """Whether containers of this class override `detect`, and so need no condition."""
+        return cls.detect is not LawContainer.detect
 
     def enforce_laws(self, event: Event) -> None:
         """Enforce each enabled law once, in the order of the plan."""

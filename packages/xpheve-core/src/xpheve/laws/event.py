@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,8 @@ class Contact:
 
     ``normal`` is a unit vector from ``body_a`` to ``body_b``, world frame; ``point`` [m] lies on it between the
     surfaces; ``separation`` [m] is the gap, negative when overlapping; ``approach_speed`` [m/s] is the rate at which
-    the gap closes, negative when it opens.
+    the gap closes, negative when it opens. ``impulse`` [N s] is the size of what the response gave the pair, for those who are told
+    of an impact after it; not a number where nothing was answered.
     """
 
     body_a: PhysicalObject
@@ -27,6 +29,7 @@ class Contact:
     point: Vec
     separation: float
     approach_speed: float
+    impulse: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

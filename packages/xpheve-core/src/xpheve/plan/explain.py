@@ -149,6 +149,8 @@ def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
         return "unmapped", "no object is mapped to it"
     if isinstance(law, ContinuousLaw) and law in world.constant:
         return "stored", "constant: its force is stored, and evaluated again only when what it reads is set"
+    if isinstance(law, ResponseLaw) and all(container.is_polled for container in law.containers):
+        return "event", "its container has found no contact"
     if isinstance(law, ResponseLaw):
         return "contacts", "no two of its objects have met"
     if law.containers:
@@ -163,7 +165,7 @@ def _container(world: World, container: Any) -> dict[str, Any]:
     return {
         "id": container.label(),
         "name": container.name,
-        "condition": str(condition),
+        "condition": str(condition) if condition is not None else "",
         "server": server,
         "laws": [law.label() for law in container.laws],
         "firings": container.firings,

@@ -172,6 +172,7 @@ def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, 
         "id": container.label(),
         "name": container.name,
         "condition": None if condition is None else writer.condition(condition),
+        "parameters": dict(container.parameters),
         "laws": [number[law] for law in container.laws],
         "rank": world.ranks.container_ranks.get(container),
         "spent": container in world.spent,
@@ -332,7 +333,7 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
     condition = None
     if entry["condition"] is not None:
         condition = reader.condition(entry["condition"])
-    container: LawContainer = kind(condition, name=entry["name"])
+    container: LawContainer = kind(condition, name=entry["name"], **entry.get("parameters", {}))
     container.firings, container.detections = entry["counts"]
     return container
 

@@ -611,9 +611,10 @@ class World:
         if self.transaction is not None:
             self.transaction.undo.append(lambda: self.spent.discard(container))
 
-    def poll(self, container: LawContainer) -> None:
-        """Ask a container that detects for itself."""
+    def poll(self, container: LawContainer, span: float) -> None:
+        """Ask a container that detects for itself, ``span`` [s] before the next time."""
         container.detections += 1
+        container.span = span
         try:
             event = container.detect()
         except Exception as error:
@@ -780,12 +781,12 @@ class World:
         return UP[self.up]
 
     def response_law(self, a: PhysicalObject, b: PhysicalObject) -> tuple[ResponseLaw, Instant] | None:
-        """The enabled response law that both obey, and since when."""
+        """The enabled response law that both obey and that waits for contacts, and since when."""
         laws_a, laws_b = self.mapping.laws(a), self.mapping.laws(b)
         if len(laws_a) > len(laws_b):
             laws_a, laws_b = laws_b, laws_a
         for law, since in laws_a.items():
-            if isinstance(law, ResponseLaw) and law.enabled and law in laws_b:
+            if isinstance(law, ResponseLaw) and law.enabled and law in laws_b and _waits_for_contacts(law):
                 return law, max(since, laws_b[law])
         return None
 
@@ -798,9 +799,14 @@ class World:
         return [(container, leaf) for container, leaf in self.wakeups.armed.hearers(kind) if container.laws]
 
     def put_reaction(
-        self, obj: PhysicalObject, owner: Any, ident: str, force: tuple[float, float, float] | None
+        self,
+        obj: PhysicalObject,
+        owner: Any,
+        ident: str,
+        force: tuple[float, float, float] | None,
+        torque: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Store (or, with None, withdraw) a reaction force of the contact server on ``obj``."""
+        """Store (or, with None, withdraw) a reaction force, and torque, of the contact server on ``obj``."""
         with self.instant() as transaction:
             transaction.touch(obj)
             held = self.forces.on(obj)
@@ -809,7 +815,7 @@ class World:
                 if mine:
                     held[:] = [one for one in held if one not in mine]
                     transaction.forced.add(obj)
-            elif self.forces.replace(obj, StoredForce(Force(force, id=ident), owner, NEVER, True)):
+            elif self.forces.replace(obj, StoredForce(Force(force, id=ident, torque=torque), owner, NEVER, True)):
                 transaction.forced.add(obj)
             if obj in transaction.forced:
                 self.sum_forces(obj)
@@ -827,6 +833,11 @@ class _ForceEnd:
 
     def __call__(self, entries: list[Entry]) -> None:
         self.world.end_forces([(self.obj, self.stored)])
+
+
+def _waits_for_contacts(law: PhysicalLaw) -> bool:
+    """Whether ``law`` is in a container that the contact server serves; a polled one finds contacts itself."""
+    return any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
 
 
 def _asks_for(ident: Any, container: LawContainer, condition: Any) -> bool:

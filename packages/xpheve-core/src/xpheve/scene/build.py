@@ -335,6 +335,8 @@ class _Building:
         condition = self._condition(table.condition, (*path, "condition"))
         with self._blame(path):
             made = kind(condition, name=table.name) if table.name else kind(condition)
+            for key, value in table.parameters.items():
+                made.set_parameter(key, value)
             return self.engine.add_container(made)
 
     def _shared(self, kind: type[LawContainer], condition: conditions.Condition | None, path: Path_) -> LawContainer:
@@ -358,7 +360,8 @@ class _Building:
             where = (*path, "container")
             if self.container_names.find(word) < 0 and ":" in word and "#" not in word:
                 kind = self._container_class(word, where)
-                own = condition if condition is not None or kind.condition is not None else law.condition
+                settled = condition is not None or kind.condition is not None or kind.detects()
+                own = condition if settled else law.condition
                 found.append(self._shared(kind, own, where))
                 continue
             place = self._find(self.container_names, word, where, "container")

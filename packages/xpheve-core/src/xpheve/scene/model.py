@@ -386,6 +386,7 @@ class ContainerTable(Table):
     name: Name = ""
     id: str = ""
     condition: ConditionTable | None = None
+    parameters: Annotated[dict[str, Any], Field(default_factory=dict)]
 
 
 class LawTable(BaseModel):

@@ -108,6 +108,7 @@ class _Tables:
             if container.name
             or held[_kind(container)] > 1
             or not container.laws
+            or container.parameters != {key: param.default for key, param in container.params.items()}
             or any(len(law.containers) > 1 for law in container.laws)
         ]
         self.shared.sort(key=lambda container: (not container.name, _natural(container.name)))
@@ -208,6 +209,9 @@ class _Tables:
             table["id"] = container.id
         if container.condition is not None and container.condition != type(container).condition:
             table["condition"] = self._condition(container.condition, label)
+        changed = {key: value for key, value in container.parameters.items() if value != container.params[key].default}
+        if changed:
+            table["parameters"] = {key: _plain(value, f"{label}: {key}") for key, value in changed.items()}
         return table
 
     def _condition(self, condition: Any, label: str) -> Plain:

@@ -202,6 +202,10 @@ class ContactServer(ABC):
         """``obj`` was taken out of ``row``, and what was row ``moved`` has its place now."""
 
     @abstractmethod
+    def answer(self, law: Any, contacts: Sequence[Any]) -> None:
+        """Let ``law``, a `ResponseLaw`, answer ``contacts`` that somebody else found; what it does is written at this instant."""
+
+    @abstractmethod
     def host_step(self) -> None:
         """A host step begins: tell the listeners of `ContactStay`."""
 

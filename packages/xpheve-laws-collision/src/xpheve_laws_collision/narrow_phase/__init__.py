@@ -16,13 +16,26 @@ ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves 
 
 
 class Mover(NamedTuple):
-    """One side of a pair at an instant: position [m], velocity [m/s], acceleration [m/s^2] of the centre, orientation, shape."""
+    """One side of a pair at an instant: position [m], velocity [m/s], acceleration [m/s^2] of the centre, orientation, shape.
+
+    Then what turns it: angular velocity [rad/s] and torque [N m] in the world frame, principal moments [kg m^2]. The
+    acceleration and the torque are constant until the flight changes.
+    """
 
     position: Vec
     velocity: Vec
     acceleration: Vec
     orientation: Quat
     shape: Any
+    angular_velocity: Vec = (0.0, 0.0, 0.0)
+    inertia: Vec = (0.0, 0.0, 0.0)
+    torque: Vec = (0.0, 0.0, 0.0)
+
+    def at(self, s: float) -> Mover:
+        """The mover ``s`` [s] later, where the steppers have it."""
+        from xpheve_laws_collision.impact_time.path import Path
+
+        return Path(self).at(s)
 
 
 class Gap(NamedTuple):
@@ -52,7 +65,11 @@ class Family(Protocol):
     """Whether one may rest on the other in closed form."""
 
     def gap(self, a: Mover, b: Mover) -> Gap:
-        """How they stand."""
+        """How they stand: at the deepest point, of several equally deep ones at that which approaches fastest."""
+        ...
+
+    def points(self, a: Mover, b: Mover) -> list[Gap]:
+        """Where a touching pair touches, each point with its own separation and speed, in an order that bits decide."""
         ...
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
@@ -72,21 +89,25 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     ContactError
         If no file here knows the pair.
     """
-    from xpheve_laws_collision.narrow_phase import sphere_plane, sphere_sphere
+    from xpheve_laws_collision.narrow_phase import convex, sphere_plane, sphere_sphere
 
     families: dict[tuple[str, str], Family] = {
         ("sphere", "plane"): sphere_plane.SpherePlane(),
         ("sphere", "sphere"): sphere_sphere.SphereSphere(),
     }
+    for k, kind in enumerate(convex.SOLID):
+        families.setdefault((kind, "plane"), convex.Convex())
+        for other in convex.SOLID[k:]:
+            families.setdefault((kind, other), convex.Convex())
     if (kind_a, kind_b) in families:
         return families[kind_a, kind_b], False
     if (kind_b, kind_a) in families:
         return families[kind_b, kind_a], True
     known = ", ".join(f"{a}-{b}" for a, b in sorted(families))
-    raise ContactError(
-        f"no impact time is known between {kind_a} and {kind_b}; known: {known}. "
-        "Give the object another shape, or do not map both objects to the collision law"
-    )
+    wayout = "Give the object another shape, or do not map both objects to the collision law"
+    if "mesh" in (kind_a, kind_b):
+        wayout = "Make the mesh a Hull, or a Compound of convex parts, or do not map both objects to the collision law"
+    raise ContactError(f"no impact time is known between {kind_a} and {kind_b}; known: {known}. {wayout}")
 
 
 def flipped(gap: Gap) -> Gap:

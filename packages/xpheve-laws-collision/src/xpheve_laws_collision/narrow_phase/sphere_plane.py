@@ -26,6 +26,9 @@ class SpherePlane:
         still = still_speed(norm(a.velocity), acceleration)
         return Gap(height - radius, speed, acceleration, normal, point, touch, still)
 
+    def points(self, a: Mover, b: Mover) -> list[Gap]:
+        return [self.gap(a, b)]
+
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         # A gap that counts as none is none: else a bounce lower than its rounding would not come back.
         separation = 0.0 if abs(gap.separation) <= gap.touch else gap.separation

@@ -27,6 +27,9 @@ class SphereSphere:
         still = still_speed(norm(a.velocity) + norm(b.velocity), closing)
         return Gap(gap, speed, closing, normal, point, touch, still)
 
+    def points(self, a: Mover, b: Mover) -> list[Gap]:
+        return [self.gap(a, b)]
+
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         d, v, acceleration = _relative(a, b)
         distance = a.shape.radius + b.shape.radius

@@ -36,7 +36,7 @@ def host_step(world: Any, number: int, dt: float) -> None:
         heard = listeners(world)
         for container in sorted(heard, key=lambda c: world.ranks.container_ranks.get(c, 0)):
             if _is_asked(container):
-                world.poll(container)
+                world.poll(container, dt)
                 continue
             own = dict.fromkeys(plain(leaf) for leaf in leaves(container.condition) if isinstance(leaf, when.Steps))
             for leaf in own:

@@ -109,7 +109,7 @@ class Timers:
     def _call(self, container: LawContainer, key: Condition | LawContainer) -> None:
         world = self.world
         if isinstance(key, LawContainer):
-            world.poll(container)
+            world.poll(container, container.period)
             return
         world.signal(container, key, Event(world.time[0], key, world.objects_under(container)))
         if isinstance(container.condition, when.Elapsed) and not container.condition.every:

@@ -1,0 +1,120 @@
+"""Where a body will be, as the steppers have it, and bounds on how fast it turns on the way."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from xpheve.kernels.flight import (
+    FREE,
+    GENERAL,
+    PRINCIPAL,
+    RESTING,
+    place,
+    speed,
+    turn_about_axis,
+    turn_split,
+    way_of_turning,
+)
+from xpheve.kernels.free_rotation import STEADY, prepare, turn
+from xpheve.kernels.quaternion import rotate, rotate_inverse
+from xpheve.kernels.vector import Vec, cross, norm, sub
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.narrow_phase import Mover
+
+
+class Path:
+    """The flight of a mover: constant acceleration, and the rotation that the steppers read.
+
+    Bounds on the rotation: free of torque the kinetic energy T and the angular momentum L are kept, so that with the
+    least moment I the rate is at most sqrt(2 T / I) and |L| / I; what bends it, by Euler's equations, is at most
+    max |I_j - I_k| / I_i of its square.
+    """
+
+    def __init__(self, mover: Mover) -> None:
+        self.start = mover
+        self.way = way_of_turning(mover.orientation, mover.angular_velocity, mover.inertia, mover.torque)
+        self.constants: tuple[float, ...] = ()
+        self._last: tuple[float, Mover] = (0.0, mover)
+        if self.way == FREE:
+            self.constants = prepare(mover.orientation, mover.angular_velocity, mover.inertia)
+        self.steady = self.way == RESTING or (self.way == FREE and self.constants[0] == STEADY)
+        """Whether the angular velocity is constant in the world."""
+        self._free = (norm(mover.angular_velocity), 0.0) if self.steady else self._free_bounds(mover.angular_velocity)
+
+    def at(self, s: float) -> Mover:
+        """The mover ``s`` [s] later."""
+        if s != self._last[0]:
+            self._last = (s, self._at(s))
+        return self._last[1]
+
+    def _at(self, s: float) -> Mover:
+        m = self.start
+        if s == 0.0:
+            return m
+        x, v, a = m.position, m.velocity, m.acceleration
+        q, omega = self._turned(s)
+        return m._replace(
+            position=(place(x[0], v[0], a[0], s), place(x[1], v[1], a[1], s), place(x[2], v[2], a[2], s)),
+            velocity=(speed(v[0], a[0], s), speed(v[1], a[1], s), speed(v[2], a[2], s)),
+            orientation=q,
+            angular_velocity=omega,
+        )
+
+    def _turned(self, s: float) -> tuple[tuple[float, float, float, float], Vec]:
+        m = self.start
+        if self.way == RESTING:
+            return m.orientation, m.angular_velocity
+        if self.way == FREE:
+            return turn(self.constants, s)
+        if self.way == PRINCIPAL:
+            return turn_about_axis(m.orientation, m.angular_velocity, m.inertia, m.torque, s)
+        return turn_split(m.orientation, m.angular_velocity, m.inertia, m.torque, s)
+
+    def window(self, s: float) -> float:
+        """How long [s] after ``s`` the bounds are asked for at a time: a torque at most doubles the rate, or turns by a radian."""
+        if norm(self.start.torque) == 0.0:
+            return math.inf
+        kick = norm(self.start.torque) / min(self.start.inertia)
+        return max(norm(self.start.angular_velocity) / kick + s, 1.0 / math.sqrt(kick))
+
+    def bounds(self, s: float, h: float) -> tuple[float, float]:
+        """The most that rate [rad/s] and angular acceleration [rad/s^2] can be from ``s`` to ``s + h``.
+
+        Under a torque that is not about the axis of a steady spin the orientation follows a formula of second order
+        and not a motion; its own rate is taken to be at most twice that of the motion (not proven).
+        """
+        if norm(self.start.torque) == 0.0:
+            return self._free
+        kick = norm(self.start.torque) / min(self.start.inertia)
+        if self.way == PRINCIPAL:
+            return norm(self.start.angular_velocity) + (s + h) * kick, kick
+        rate, _ = self._free_bounds(self.start.angular_velocity)
+        rate = 2.0 * (rate + (s + h) * kick)
+        return rate, rate * rate + 2.0 * kick
+
+    def _free_bounds(self, omega: Vec) -> tuple[float, float]:
+        moments = self.start.inertia
+        least, most = min(moments), max(moments)
+        if least <= 0.0:
+            return norm(omega), 0.0
+        w = rotate_inverse(self.start.orientation, omega)
+        energy = moments[0] * w[0] ** 2 + moments[1] * w[1] ** 2 + moments[2] * w[2] ** 2
+        momentum = norm((moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]))
+        rate = min(math.sqrt(energy / least), momentum / least) * (1.0 + 1e-12)
+        return rate, (most - least) / least * rate * rate
+
+
+def angular_acceleration(mover: Mover) -> Vec:
+    """Rate of change [rad/s^2] of the angular velocity, world frame, by Euler's equations; zero where there are no moments."""
+    moments = mover.inertia
+    if min(moments) <= 0.0:
+        return (0.0, 0.0, 0.0)
+    w = rotate_inverse(mover.orientation, mover.angular_velocity)
+    torque = rotate_inverse(mover.orientation, mover.torque)
+    rest = sub(torque, cross(w, (moments[0] * w[0], moments[1] * w[1], moments[2] * w[2])))
+    return rotate(mover.orientation, (rest[0] / moments[0], rest[1] / moments[1], rest[2] / moments[2]))
+
+
+__all__ = ["GENERAL", "Path", "angular_acceleration"]

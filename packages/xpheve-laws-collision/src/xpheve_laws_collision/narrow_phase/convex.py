@@ -1,0 +1,101 @@
+"""Spheres, boxes, capsules, hulls and compounds of them, against planes and each other.
+
+``separation`` is the distance of the surfaces; of overlapping bodies minus the least depth. Of a compound the parts are
+looked at one by one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from xpheve.kernels.quaternion import rotate
+from xpheve.kernels.vector import Vec
+from xpheve_laws_collision.impact_time.advancement import first_impact, first_leave
+from xpheve_laws_collision.impact_time.path import Path
+from xpheve_laws_collision.narrow_phase import Gap, Mover
+from xpheve_laws_collision.narrow_phase.cores import Core, Half, cores_of
+from xpheve_laws_collision.narrow_phase.standing import Standing
+
+CONVEX = ("sphere", "box", "capsule", "hull")
+SOLID = (*CONVEX, "compound")
+
+
+class Convex:
+    """The geometry of bodies made of convex cores, the second of which may be a plane."""
+
+    rests = False
+
+    def gap(self, a: Mover, b: Mover) -> Gap:
+        """The deepest point of all parts; of those as deep as touching goes, the one that approaches fastest."""
+        gaps = [standing.gap() for standing in _standings(a, b)]
+        deepest = min(one.separation for one in gaps)
+        return min((one for one in gaps if one.separation <= deepest + one.touch), key=lambda one: one.speed)
+
+    def points(self, a: Mover, b: Mover) -> list[Gap]:
+        """The contact points of the parts that are as deep as the deepest, part by part.
+
+        A sphere has one, a capsule that lies has two, a face on a face the corners of what they share. Left out are those
+        that are farther than the deepest by more than 1e-9 of the sizes, and parts that are apart while others touch.
+        """
+        standings = list(_standings(a, b))
+        deepest = min(standing.separation for standing in standings)
+        level = max(deepest, max(standing.touch for standing in standings))
+        return [gap for one in standings if one.separation <= level for gap in one.gaps()]
+
+    def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        """See `impact_time.advancement.first_impact`."""
+        first, least = Path(a), Path(b)
+        best = math.inf
+        for core_a, core_b in _core_pairs(a, b):
+            found = first_impact(CorePair(first, least, core_a, core_b), min(horizon, best))
+            best = min(best, found)
+        return best
+
+    def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        """See `impact_time.advancement.first_leave`; of compounds, when the last of the parts that touch has left."""
+        first, second = Path(a), Path(b)
+        last = -math.inf
+        for core_a, core_b in _core_pairs(a, b):
+            pair = CorePair(first, second, core_a, core_b)
+            if pair.stand(0.0).separation <= max(gap.touch, gap.separation):
+                last = max(last, first_leave(pair, horizon))
+        return last if last >= 0.0 else math.inf
+
+
+class CorePair:
+    """Two cores on their paths."""
+
+    def __init__(self, path_a: Path, path_b: Path, core_a: Core, core_b: Core | Half) -> None:
+        self.path_a, self.path_b, self.core_a, self.core_b = path_a, path_b, core_a, core_b
+        self.reach_a = core_a.reach
+        self.reach_b = 0.0
+        self.outward: Vec | None = None
+        self.plane_offset = 0.0
+        if isinstance(core_b, Core):
+            self.reach_b = core_b.reach
+        elif path_b.start.angular_velocity == (0.0, 0.0, 0.0):
+            self.outward = rotate(path_b.start.orientation, core_b.normal)
+            self.plane_offset = core_b.offset
+        else:
+            self.reach_b = math.inf
+
+    def stand(self, s: float) -> Standing:
+        """How they stand ``s`` [s] later."""
+        return Standing(self.path_a.at(s), self.path_b.at(s), self.core_a, self.core_b)
+
+
+def _core_pairs(a: Mover, b: Mover) -> Iterator[tuple[Core, Core | Half]]:
+    others: tuple[Core | Half, ...] = _halves(b) if b.shape.kind == "plane" else cores_of(b.shape)
+    for core_a in cores_of(a.shape):
+        for core_b in others:
+            yield core_a, core_b
+
+
+def _halves(b: Mover) -> tuple[Half]:
+    return (Half(b.shape.normal, b.shape.offset),)
+
+
+def _standings(a: Mover, b: Mover) -> Iterator[Standing]:
+    for core_a, core_b in _core_pairs(a, b):
+        yield Standing(a, b, core_a, core_b)

@@ -1,0 +1,254 @@
+"""Pairs of objects: who they are, how they stand, who asks for them, and which tables remember them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from xpheve.errors import ContactError
+from xpheve.events import Entry
+from xpheve.kernels.clock import NEVER, Instant, elapsed
+from xpheve.kernels.vector import Vec
+from xpheve.laws import Contact
+from xpheve.objects import PhysicalObject
+from xpheve.shapes import Plane
+from xpheve.steppers.contract import ContactServer
+from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.mass import immovable
+from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
+
+Pair = tuple[PhysicalObject, PhysicalObject]
+
+TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "told")
+
+
+ROUND = ("sphere", "plane")
+"""Shapes whose normals at contacts give no spin."""
+TURNING = 4.0
+"""For other shapes, the speed that counts as none is this times as much: levers and rotations round more often."""
+
+
+class _Point:
+    """The shape of an object that has none: a sphere of radius 0."""
+
+    kind = "sphere"
+    radius = 0.0
+
+
+class Support(NamedTuple):
+    """What an object rests on: the plane, and the unit normal from it outwards."""
+
+    plane: PhysicalObject
+    outward: Vec
+
+
+class Pairs(ContactServer):
+    """What every room of the server asks for: tables of pairs, and the geometry of one."""
+
+    def attach(self, world: Any) -> None:
+        self.world = world
+        self.broad_phase = BroadPhase(world)
+        self.touching: dict[Pair, Instant] = {}
+        """Pairs in contact, with the instant since when."""
+        self.inside: dict[Pair, Instant] = {}
+        self.supports: dict[PhysicalObject, Support] = {}
+        self.held: dict[PhysicalObject, None] = {}
+        self.collapsing: dict[Pair, tuple[Instant, int]] = {}
+        self.streaks: dict[PhysicalObject, tuple[int, Instant, int]] = {}
+        """Dissipative impacts in quick succession: how many, the last, and with whom (serial number)."""
+        self.told: dict[Pair, Instant] = {}
+        """When a pair whose flights go on unchanged last met or parted: what comes next is looked for from there."""
+        self.parting: list[tuple[Pair, Gap, float]] = []
+        """Pairs that came apart at this instant, still to be told."""
+        self.given: dict[Pair, float] = {}
+        """Sizes [N s] of the impulses of the instant that is being told."""
+        self.queued: dict[Pair, Entry] = {}
+        """The last entry of each pair, so that none is queued twice."""
+        self.swept: Instant = NEVER
+        """Until when pairs have been looked for, in scenes of many bodies."""
+        self.impacts = 0
+        self.generations = 0
+        self.predictions = 0
+        self._families: dict[tuple[str, str], tuple[Family, bool]] = {}
+        self._planes: dict[Plane, Plane] = {}
+        self._kinds: dict[Any, set[tuple[str, bool]]] = {}
+
+    def check(self, obj: PhysicalObject, laws: Sequence[Any]) -> None:
+        own = (self._shape(obj).kind, obj.fixed)
+        for law in laws:
+            if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
+                continue
+            kinds = self._kinds.setdefault(law, set())
+            for kind, fixed in sorted(kinds):
+                if not (fixed and obj.fixed) and not _is_known(own[0], kind):
+                    kinds.clear()  # of those that are gone, too: see who is there
+                    kinds.update((self._shape(one).kind, one.fixed) for one in self.world.mapping.objects(law))
+                    break
+            for kind, fixed in sorted(kinds):
+                if not (fixed and obj.fixed):
+                    try:
+                        family_of(own[0], kind)
+                    except ContactError as error:
+                        raise ContactError(f"{obj!r} under {law!r}: {error}") from None
+            kinds.add(own)
+
+    def _pair(self, a: PhysicalObject, b: PhysicalObject) -> Pair:
+        return (a, b) if a.rank < b.rank else (b, a)
+
+    def _shape(self, obj: PhysicalObject) -> Any:
+        shape = obj.shape
+        if shape is None:
+            return _Point
+        if isinstance(shape, Plane) and shape.normal is None:
+            if shape not in self._planes:
+                self._planes[shape] = Plane(self.world.up_vector, shape.offset)
+            return self._planes[shape]
+        return shape
+
+    def _family(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Family, bool]:
+        kinds = (self._shape(a).kind, self._shape(b).kind)
+        found = self._families.get(kinds)
+        if found is None:
+            try:
+                found = self._families[kinds] = family_of(*kinds)
+            except ContactError as error:
+                raise ContactError(f"{a!r} and {b!r}: {error}") from None
+        return found
+
+    def _mover(self, obj: PhysicalObject, t: Instant) -> Mover:
+        """``obj`` at ``t``, which is not before its last re-base."""
+        flight = self.world.flight(obj._row)
+        s = elapsed(t, flight.t0)
+        x, v, a = flight.position, flight.velocity, flight.acceleration
+        half = 0.5 * s
+        shape = self._shape(obj)
+        turning: tuple[Any, ...] = ()
+        orientation: Any = self.world.bodies.get("orientation", obj._row)
+        if shape.kind not in ROUND:
+            row, bodies = obj._row, self.world.bodies
+            orientation, spin = (self.world.read_row(row, name, t) for name in ("orientation", "angular_velocity"))
+            still = (0.0, 0.0, 0.0)
+            turning = (
+                (spin, still, still)
+                if immovable(obj)
+                else (spin, bodies.get("inertia", row), bodies.get("torque", row))
+            )
+        return Mover(
+            (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2])),
+            (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
+            a,
+            orientation,
+            shape,
+            *turning,
+        )
+
+    def _points(self, pair: Pair, t: Instant) -> list[Gap]:
+        """The points at which ``pair`` touches; the deepest if none does any more, by rounding."""
+        a, b = pair
+        family, swapped = self._family(a, b)
+        one, two = (b, a) if swapped else (a, b)
+        found = family.points(self._mover(one, t), self._mover(two, t))
+        if swapped:
+            found = [flipped(gap) for gap in found]
+        return found or [self._gap(pair, t)]
+
+    def _response(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Any, Instant] | None:
+        """The law that answers contacts of the two, and since when; none if neither can be moved."""
+        if immovable(a) and immovable(b):
+            return None
+        found: tuple[Any, Instant] | None = self.world.response_law(a, b)
+        return found
+
+    def _answered(self, pair: Pair) -> bool:
+        return self._response(*pair) is not None
+
+    def _gap(self, pair: Pair, t: Instant) -> Gap:
+        a, b = pair
+        family, swapped = self._family(a, b)
+        if swapped:
+            return flipped(family.gap(self._mover(b, t), self._mover(a, t)))
+        return family.gap(self._mover(a, t), self._mover(b, t))
+
+    def _interest(self, pair: Pair) -> Instant | None:
+        """Since when somebody asks for contacts of ``pair``; None if nobody does."""
+        a, b = pair
+        since: Instant | None = None
+        found = self._response(a, b)
+        if found is not None:
+            since = found[1]
+        for law, mapped in self._heard_laws(a).items():
+            other = self._heard_laws(b).get(law)
+            if other is not None:
+                joint = max(mapped, other)
+                since = joint if since is None else min(since, joint)
+        return since
+
+    def _heard_laws(self, obj: PhysicalObject) -> dict[Any, Instant]:
+        """The laws of ``obj`` that wait for contacts in some container."""
+        return {
+            law: since
+            for law, since in self.world.mapping.laws(obj).items()
+            if law.enabled
+            and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
+        }
+
+    def _predict(self, pair: Pair) -> Instant:
+        """Queue the next event of ``pair``; returns when it is. Its room is `prediction`."""
+        raise NotImplementedError
+
+    def _is_support(self, pair: Pair) -> bool:
+        a, b = pair
+        return any(s in self.supports and self.supports[s].plane is p for s, p in ((a, b), (b, a)))
+
+    def _forget_pair(self, pair: Pair) -> None:
+        self.queued.pop(pair, None)
+        self.touching.pop(pair, None)
+        self.inside.pop(pair, None)
+        self.collapsing.pop(pair, None)
+
+    def _keep(self) -> None:
+        """Let the open transaction take back what changes here from now on."""
+        tables = {name: dict(getattr(self, name)) for name in TABLES}
+        counts, parting = (self.impacts, self.generations), list(self.parting)
+
+        def put_back() -> None:
+            self.parting = parting
+            for name, table in tables.items():
+                setattr(self, name, table)
+            self.impacts, self.generations = counts
+
+        self.world.transaction.undo.append(put_back)
+
+
+def pair_of(entry: Entry, server: Pairs) -> Pair:
+    """The pair that an entry was predicted for."""
+    ranks = entry.rank
+    objects = {obj.rank: obj for obj, _ in entry.guards}
+    if len(objects) == 2:
+        pair = objects[ranks[0]], objects[ranks[1]]
+        server.queued.pop(pair, None)
+        return pair
+    known = next(iter(objects.values()))
+    for pair in server.collapsing:
+        if known in pair and (pair[0].rank, pair[1].rank) == ranks:
+            return pair
+    raise ContactError(f"no pair has the ranks {ranks}")
+
+
+def _is_known(kind: str, other: str) -> bool:
+    try:
+        family_of(kind, other)
+    except ContactError:
+        return False
+    return True
+
+
+def contact_of(pair: Pair, gap: Gap, approach: float, impulse: float = math.nan) -> Contact:
+    """What listeners and laws are told of ``pair``."""
+    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach, impulse)
+
+
+def kinetic(obj: PhysicalObject, velocity: Vec) -> float:
+    """Kinetic energy [J] of the centre of mass; 0 for what no impulse moves."""
+    return 0.0 if immovable(obj) else 0.5 * obj.mass * math.fsum(c * c for c in velocity)

@@ -1,0 +1,239 @@
+"""Prediction: which pairs may meet, and what happens to each of them next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from xpheve.errors import ContactError
+from xpheve.events import AFTER, IMPACT, Entry
+from xpheve.kernels.clock import NEVER, Instant, elapsed, later
+from xpheve.objects import PhysicalObject
+from xpheve_laws_collision.broad_phase import MANY
+from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
+from xpheve_laws_collision.server.instant import ImpactInstant
+from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
+from xpheve_laws_collision.server.standing import Standing
+
+
+class Prediction(Standing):
+    """Queues the next event of each pair, and acts when impacts are due."""
+
+    def refresh(self, rows: Sequence[int]) -> None:
+        world, broad = self.world, self.broad_phase
+        objects = [world.bodies.objects[row] for row in rows]
+        for obj in objects:
+            self._recheck_standing(obj)
+        broad.gather(self._heard_laws, rows)
+        if broad.moving < MANY:
+            self.swept = NEVER
+        elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
+            self._predict_standing(set(objects))
+            self._sweep()
+            return
+        self._predict_standing(set(objects))
+        done: set[PhysicalObject] = set()
+        for obj in objects:
+            self._predict_all(obj, done)
+            done.add(obj)
+
+    def _predict_standing(self, objects: set[PhysicalObject]) -> None:
+        """Pairs in contact are asked wherever their bodies have got to."""
+        for pair in [*self.touching, *self.inside]:
+            if (pair[0] in objects or pair[1] in objects) and pair[0]._row >= 0 and pair[1]._row >= 0:
+                self._predict(pair)
+
+    def _sweep(self, entries: list[Entry] | None = None) -> None:
+        """Predict all pairs that may touch within a window of time, and come back at its end."""
+        world, broad = self.world, self.broad_phase
+        if entries is not None and self.swept != NEVER and world.time < self.swept:
+            return  # a later window is open already
+        if broad.moving < MANY:
+            self.swept = NEVER
+            return
+        span = broad.window()
+        found = broad.sweep(min(span, 1e300))
+        objects = world.bodies.objects
+        if found is None:  # flights of a foreign stepper: ask every pair
+            rows = broad.rows.tolist()
+            pairs = [
+                (i, j) for k, i in enumerate(rows) for j in rows[k + 1 :] if not (objects[i].fixed and objects[j].fixed)
+            ]
+            found = pairs, [(row, k) for row in rows for k in range(len(broad.planes))]
+        else:
+            self.swept = later(world.time, span) if span < np.inf else NEVER
+            if self.swept != NEVER:
+                world.schedule(self.swept, AFTER, (0,), self._sweep)
+        for i, j in found[0]:
+            self._predict(self._pair(objects[i], objects[j]))
+        for row, number in found[1]:
+            self._predict(self._pair(objects[row], broad.planes[number]))
+
+    def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
+        """Predict the pairs of ``obj`` but for those with ``done``."""
+        broad = self.broad_phase
+        laws = self._heard_laws(obj)
+        if not laws or obj.rank < 0:
+            return
+        first = self.swept
+        mapping = self.world.mapping
+        if not obj.fixed:
+            for other in broad.planes:
+                if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                    first = min(first, self._predict(self._pair(obj, other)))
+        objects = self.world.bodies.objects
+        if obj in broad.planes:
+            near = [row for row in broad.rows.tolist() if not objects[row].fixed]
+        else:
+            end = min(first, self.world.flight(obj._row).t1)
+            near = broad.near(obj._row, max(elapsed(end, self.world.bodies.clock_of(obj._row)), 0.0)).tolist()
+        for row in near:
+            other = objects[row]
+            if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
+
+    def _predict(self, pair: Pair) -> Instant:
+        """Queue the next event of ``pair``; returns when it is."""
+        world = self.world
+        a, b = pair
+        since = self._interest(pair)
+        if since is None:
+            self._forget_pair(pair)
+            return NEVER
+        flight_a, flight_b = world.flight(a._row), world.flight(b._row)
+        start = max(flight_a.t0, flight_b.t0, since)
+        if pair in self.told:
+            if self.told[pair] > start:
+                start = self.told[pair]
+            else:
+                del self.told[pair]
+        end = min(flight_a.t1, flight_b.t1)
+        self.predictions += 1
+        standing = self.touching.get(pair, self.inside.get(pair))
+        family, swapped = self._family(a, b)
+        one, two = (b, a) if swapped else (a, b)
+        mover_one, mover_two = self._mover(one, start), self._mover(two, start)
+        gap = family.gap(mover_one, mover_two)
+        if not self._is_round(pair):
+            gap = gap._replace(still=TURNING * gap.still)
+        horizon = elapsed(end, start)
+        if standing is not None and self._late_laws(pair, standing):
+            span, act = 0.0, self._tell_late
+        elif pair in self.collapsing or self._is_support(pair):
+            return NEVER
+        elif pair in self.inside:
+            span, act = family.leave_time(mover_one, mover_two, gap, horizon), self._leave
+            span = 0.0 if gap.separation > 0.0 else span
+        else:
+            span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
+            if act is None:  # opening at second order: what comes next is looked for from where the gap shows
+                lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
+                mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
+                after = family.gap(mover_one, mover_two)
+                span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
+                span += lead
+        if span == math.inf:
+            return NEVER
+        at: Instant = max(later(start, span), world.time)
+        guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
+        held = self.queued.get(pair)
+        if held is None or held.guards != guards or held.instant != at or held.act != act:
+            self.queued[pair] = world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
+        return at
+
+    def _next_impact(
+        self, pair: Pair, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float
+    ) -> tuple[float, Any]:
+        answered = self._answered(pair)
+        touching = abs(gap.separation) <= gap.touch
+        if touching and abs(gap.speed) <= gap.still:
+            loaded = self._loaded(pair, gap)
+            if loaded and gap.acceleration > 0.0:
+                return (0.0, self._leave) if pair in self.touching else (math.inf, None)
+            if pair not in self.touching:
+                return 0.0, self._meet
+            if loaded and answered:
+                return 0.0, self._settle
+            return math.inf, self._leave
+        if pair in self.touching and gap.separation > gap.touch:
+            return 0.0, self._leave
+        sunk = gap.separation < -gap.touch and abs(gap.speed) <= gap.still
+        if sunk and answered and gap.acceleration < 0.0 and self._loaded(pair, gap):
+            return 0.0, self._refuse_sunk
+        if touching and gap.speed > gap.still and pair in self.touching:
+            return 0.0, self._leave
+        if gap.separation < -gap.touch and not answered and pair not in self.inside:
+            return 0.0, self._meet
+        if touching and self._hops(pair, gap):
+            return -2.0 * gap.speed / gap.acceleration, self._impact
+        return self._search(family, one, two, gap, horizon)
+
+    def _hops(self, pair: Pair, gap: Gap) -> bool:
+        """Whether an extended body leaves to come back before its gap shows: a parabola of which the geometry sees nothing."""
+        if self._is_round(pair) or gap.acceleration >= 0.0:
+            return False
+        return gap.still < gap.speed and gap.speed * gap.speed < -2.0 * gap.acceleration * gap.touch
+
+    def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
+        tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued, self.told)
+        for table in tables:
+            for pair in [pair for pair in table if obj in pair]:
+                del table[pair]
+        self.supports.pop(obj, None)
+        self.broad_phase.removed(obj, row, moved)
+        self.held.pop(obj, None)
+        self.streaks.pop(obj, None)
+        for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
+            self._end_support(ball)
+
+    def _impact(self, entries: list[Entry]) -> None:
+        """All impacts of one instant, in generations."""
+        self._keep()
+        pairs = {pair_of(entry, self): None for entry in entries}
+        passing = [pair for pair in pairs if not self._answered(pair)]
+        if passing:
+            self._pass_through(passing)
+        instant = ImpactInstant(self)
+        answered = [pair for pair in pairs if pair not in passing]
+        instant.solve(answered)
+        instant.finish()
+        for pair in answered:
+            if pair not in instant.first:
+                self._not_met(pair)
+
+    def _not_met(self, pair: Pair) -> None:
+        """A pair that was due and did not approach: it rests, or bodies answer as points and only a corner turns in."""
+        if self._is_round(pair):
+            self._turned(pair)
+            return
+        gap = self._gap(pair, self.world.time)
+        if gap.speed < -gap.still and not self._response(*pair)[0].lever_arms:  # type: ignore[index]
+            self._pass_through([pair])
+            return
+        self._turned(pair)
+        if pair not in self.touching and pair not in self.inside and not any(obj in self.held for obj in pair):
+            seen = self.told.get(pair) == self.world.time
+            self._again([(pair, gap, -gap.speed)])
+            if seen:  # asked at this very instant already: go on where the gap has changed by what counts as none
+                self.told[pair] = later(self.world.time, gap.touch / max(abs(gap.speed), gap.still))
+
+    def _is_round(self, pair: Pair) -> bool:
+        return self._shape(pair[0]).kind in ROUND and self._shape(pair[1]).kind in ROUND
+
+    def _look_again(self, entries: list[Entry]) -> None:
+        """Pairs whose search had shown that there is nothing until now."""
+        self._keep()
+        self._again([(pair, self._gap(pair, self.world.time), 0.0) for pair in [pair_of(one, self) for one in entries]])
+
+    def _search(self, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float) -> tuple[float, Any]:
+        """When they meet, or until when it is known that they do not."""
+        try:
+            return family.impact_time(one, two, gap, horizon), self._impact
+        except ContactError as error:
+            until = getattr(error, "until", None)
+            if until is None:
+                raise
+            return until, self._look_again
