@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import xpheve as xp
@@ -293,6 +293,8 @@ def test_a_cloud_without_walls_keeps_momentum_and_angular_momentum(seed: int, re
 
 
 @settings(deadline=None, max_examples=6)
+@example(seed=0, every=0.08)  # 25 * 0.08 reads as 2.0 and lies beyond it
+@example(seed=0, every=0.1)
 @given(seed=st.integers(0, 10**6), every=st.floats(0.003, 1.0))
 def test_looking_changes_nothing_in_a_gas(seed: int, every: float) -> None:
     engine, _ = gas(10, seed)

@@ -948,7 +948,7 @@ class PhysicsEngine(Control):
             sample = multiple(begin, k, every)
             if sample[0] > end[0]:
                 break
-            if not self._pass_time(sample):
+            if not self._pass_time(min(sample, end)):  # a frame that reads as the end is the end: looking moves nothing
                 return
             recorder.sample()
             if progress is not None:
