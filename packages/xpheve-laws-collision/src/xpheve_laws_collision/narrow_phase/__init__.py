@@ -89,11 +89,12 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     ContactError
         If no file here knows the pair.
     """
-    from xpheve_laws_collision.narrow_phase import convex, sphere_plane, sphere_sphere
+    from xpheve_laws_collision.narrow_phase import convex, sphere_mesh, sphere_plane, sphere_sphere
 
     families: dict[tuple[str, str], Family] = {
         ("sphere", "plane"): sphere_plane.SpherePlane(),
         ("sphere", "sphere"): sphere_sphere.SphereSphere(),
+        ("sphere", "mesh"): sphere_mesh.SphereMesh(),
     }
     for k, kind in enumerate(convex.SOLID):
         families.setdefault((kind, "plane"), convex.Convex())
