@@ -237,3 +237,35 @@ def test_a_mesh_that_flies_is_met_as_from_its_own_place() -> None:
     flying = Mover((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), (0.0, 0.0, -10.0), UPRIGHT, room())
     a = ball(0.2, (0.1, 0.2, 0.3), (2.0, 2.0, 3.0), (0.0, 0.0, -10.0))
     assert math.isclose(impact(a, flying), 1.7, rel_tol=1e-14)
+
+
+def test_a_compound_with_a_mesh_among_its_parts_is_met_part_by_part() -> None:
+    house = xp.Compound([xp.Part(room()), xp.Part(xp.Box((1.0, 1.0, 0.5)), (5.0, 0.0, 0.0))])
+    x, y, z = house.parts[0].position
+    stands = Mover((-x, -y, -z), NONE, NONE, UPRIGHT, house)
+    assert math.isclose(impact(ball(0.3, NONE, (1.0, 0.0, 0.0)), stands), 1.7, rel_tol=1e-14)
+    assert math.isclose(impact(ball(0.3, (5.0, 0.0, 2.0), (0.0, 0.0, -1.0)), stands), 1.45, rel_tol=1e-14)
+    assert math.isclose(leave(ball(0.3, (1.9, 0.0, 0.0), (1.0, 0.0, 0.0)), stands), 0.4, rel_tol=1e-12)
+    assert len(points_of(ball(0.3, (1.7, 2.7, 0.7)), stands)) == 3
+    with pytest.raises(ContactError, match="turns"):
+        gap_of(ball(0.3, NONE), stands._replace(angular_velocity=(0.0, 0.0, 1.0)))
+    with pytest.raises(ContactError, match="mesh"):
+        gap_of(body(xp.Box((1, 1, 1)), NONE), stands)
+
+
+def test_balls_in_a_room_of_triangles_keep_their_energy_and_stay_in_it() -> None:
+    engine = xp.PhysicsEngine(up="z")
+    gravity = engine.add_law("basic:planet_gravity", acceleration=10.0)
+    bounce = engine.add_law("collision:elastic", restitution=1.0)
+    engine.add_object(xp.PhysicalObject(room(), fixed=True), laws=[bounce])
+    balls = [
+        xp.PhysicalObject(xp.Sphere(0.1), position=(0.5 * k, 0.3 * k, 0.1 * k), velocity=(1.0 + k, -2.0, 0.5))
+        for k in range(-2, 3)
+    ]
+    engine.add_objects(balls, laws=[gravity, bounce])
+    before = engine.energy()
+    engine.run(until=5.0)
+    after = engine.energy()
+    assert abs(after.kinetic + after.potential - before.kinetic - before.potential) < 1e-12
+    for one in balls:
+        assert all(abs(c) <= half - 0.1 + 1e-12 for c, half in zip(one.position, HALF, strict=True))

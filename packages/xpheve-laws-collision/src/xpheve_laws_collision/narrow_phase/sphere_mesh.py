@@ -52,7 +52,7 @@ def ball_of(a: Mover, b: Mover) -> Ball:
     ContactError
         If the mesh turns.
     """
-    if b.angular_velocity != (0.0, 0.0, 0.0) or b.torque != (0.0, 0.0, 0.0):
+    if any(b.angular_velocity) or any(b.torque):
         raise ContactError(
             f"{b.shape!r} turns (angular velocity {b.angular_velocity} rad/s): contacts with a mesh are known where it does not "
             "turn. Make it a Hull or a Compound of convex parts, or hold its rotation"
