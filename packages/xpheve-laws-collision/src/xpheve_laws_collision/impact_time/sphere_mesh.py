@@ -13,7 +13,7 @@ import numpy as np
 
 from xpheve.kernels.polynomial import derivative, first_crossing, value
 from xpheve.kernels.vector import Vec, dot, norm, scale, sub
-from xpheve_laws_collision.impact_time.box_times import ball_times
+from xpheve_laws_collision.impact_time.box_times import ball_times, box_times
 from xpheve_laws_collision.impact_time.sphere_plane import return_time, sphere_plane
 from xpheve_laws_collision.impact_time.sphere_sphere import (
     offset_at,
@@ -53,6 +53,11 @@ def sphere_mesh(features: Features, ball: Ball, horizon: float) -> float:
     Face by face, edge by edge and corner by corner as `sphere_plane` and `sphere_sphere` say. What rests on one may meet another.
     """
     near = ball.radius + 2.0 * ball.touch
+    lowest, highest = features.lows.min(axis=0)[None] - near, features.highs.max(axis=0)[None] + near
+    first, last = box_times(ball.x, ball.v, ball.a, lowest, highest)
+    if first[0] == math.inf:
+        return math.inf
+    horizon = min(horizon, float(last[0]))  # after which it is gone for ever
     triangles = features.within(
         lambda lows, highs: ball_times(ball.x, ball.v, ball.a, near, lows, highs, horizon) < math.inf
     )
