@@ -134,8 +134,11 @@ def draw(rows: list[tuple[float, ...]], path: Path) -> Path:
             axes.axvspan(down, up, color="#e69f00" if key == "up" else "#56b4e9", alpha=0.22, linewidth=0)
             if k == 0:
                 axes.text((down + up) / 2, limit[1] * 0.97, f"{key} key", ha="center", va="top", fontsize=9)
-        axes.plot(time, columns[k], "--", color="#d55e00", label="a force for each press: runs away")
-        axes.plot(time, columns[3 + k], color="#0072b2", linewidth=2, label="a force for each key: obeys")
+        style = "steps-post" if k == 0 else "default"  # forces jump
+        axes.plot(time, columns[k], "--", drawstyle=style, color="#d55e00", label="a force for each press: runs away")
+        axes.plot(
+            time, columns[3 + k], drawstyle=style, color="#0072b2", linewidth=2, label="a force for each key: obeys"
+        )
         axes.set(ylabel=label, ylim=limit, xlim=(0, 8))
         axes.grid(alpha=0.25)
     panels[1].legend(loc="upper right", fontsize=9)

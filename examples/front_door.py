@@ -33,10 +33,11 @@ def main() -> None:
         xp.PhysicalObject(mass=1.0, inertia=(1, 2, 3), angular_velocity=(0.01, 2, 0.01), position=(5, 0, 5), name="top")
     )
     spin = engine.angular_momentum()
+    again = engine.copy()
 
     engine.run(until=3.0)
     at_three = ball.position[2]
-    record = engine.run(until=end, every=1 / 60)
+    engine.run(until=end, every=1 / 60)
 
     print("time", engine.time, "s")
     print("ball", ball.position, ball.velocity)
@@ -55,7 +56,7 @@ def main() -> None:
     print(f"at rest since {rests:.6f} s, speed now {math.hypot(*ball.velocity)} m/s")
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
-        print("picture:", record.plot(options.out / "front_door.png"))
+        print("picture:", draw(again.run(until=end, every=1 / 200), options.out / "front_door.png"))
 
 
 def height(t: float, drop: float, g: float, e: float, radius: float) -> float:
@@ -70,6 +71,28 @@ def height(t: float, drop: float, g: float, e: float, radius: float) -> float:
             s = t - hit
             return radius + speed * s - 0.5 * g * s * s
         hit += flight
+
+
+def draw(record: xp.Record, path: Path) -> Path:
+    """The ball's height, and how the top turns over: its spin is about the axis of its middle moment of inertia."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 6.5), dpi=110, layout="constrained")
+    ball, top = figure.subplots(2, 1, sharex=True)
+    ball.plot(record.time, record["ball"].position[:, 2], color="#0072b2", label="height of the ball's centre")
+    rests = math.sqrt(2 / 9.81) * (1 + 0.8) / (1 - 0.8)
+    ball.axvline(rests, color="#d55e00", linestyle=":", label=f"at rest from {rests:.4f} s, in closed form")
+    ball.axhline(0.1, color="#999999", linewidth=0.8)
+    ball.set(ylabel="height [m]", title="A ball that bounces to rest (restitution 0.8), and a top without torque")
+    rates = record["top"].angular_velocity
+    for k, (axis, colour) in enumerate(zip("xyz", ("#56b4e9", "#009e73", "#cc79a7"), strict=True)):
+        top.plot(record.time, rates[:, k], color=colour, label=f"about the world's {axis}")
+    top.set(ylabel="angular velocity of the top [rad/s]", xlabel="time [s]", xlim=(0, record.time[-1]))
+    for axes in (ball, top):
+        axes.grid(alpha=0.25)
+        axes.legend(loc="upper right", fontsize=9)
+    figure.savefig(path)
+    return path
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
@@ -62,7 +63,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
             "kinetic": energy.kinetic,
             "potential": energy.potential,
             "work": energy.work,
-            "drift": _drift(engine, energy.balance, energy),
+            "drift": _drift(engine, energy, world.work.values()),
             "work_by": dict(sorted(world.work.items())),
         },
         "real_time": engine.real_time_report(),
@@ -191,8 +192,8 @@ def _unread(world: World) -> list[str]:
     return sorted(found)
 
 
-def _drift(engine: PhysicsEngine, balance: float, energy: Any) -> float | None:
-    """Change of (kinetic + potential - work) since the start, over the largest of these energies."""
+def _drift(engine: PhysicsEngine, energy: Any, work: Iterable[float]) -> float | None:
+    """Change of (kinetic + potential - work) since the start, over the largest of these energies and of the works done."""
     if engine._authored is None:
         return None
     try:
@@ -212,8 +213,8 @@ def _drift(engine: PhysicsEngine, balance: float, energy: Any) -> float | None:
         ).energy()
     except (XpheveError, TypeError):
         return None
-    scale = max(abs(value) for value in (*first, *energy))
-    return (balance - first.balance) / scale if scale else 0.0
+    scale = max(abs(value) for value in (*first, *energy, *work))
+    return (energy.balance - first.balance) / scale if scale else 0.0
 
 
 def _lines(data: dict[str, Any]) -> list[str]:
