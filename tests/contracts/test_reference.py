@@ -51,8 +51,9 @@ each_class = pytest.mark.parametrize("name", sorted(CLASSES))
 
 
 def members(kind: type) -> Iterator[tuple[str, Any]]:
-    """Yield the public methods and properties that a class itself defines."""
-    for name, value in vars(kind).items():
+    """Yield the public methods and properties that a class itself defines; the engine defines those of its rooms."""
+    rooms = [part for part in kind.__mro__ if part is kind or part.__module__.startswith("xpheve.engine.")]
+    for name, value in (one for part in rooms for one in vars(part).items()):
         inner = getattr(value, "__func__", value)
         if not name.startswith("_") and isinstance(inner, (FunctionType, property)):
             yield name, inner
@@ -153,6 +154,8 @@ def test_the_pages_are_made(tmp_path: Path) -> None:
     text = (tmp_path / "out" / "xpheve.html").read_text(encoding="utf-8")
     for name in xpheve.__all__:
         assert f'id="{name}"' in text or name in ("errors", "when"), name
+    for name in ("run", "add_law", "add_object", "checkpoint", "energy", "explain", "start", "suspend", "post"):
+        assert f'id="PhysicsEngine.{name}"' in text, name
     basic = (tmp_path / "out" / "xpheve_laws_basic.html").read_text(encoding="utf-8")
     for info in Registry.default().laws():
         if info.pack == "basic":
