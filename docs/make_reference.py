@@ -20,6 +20,8 @@ MODULES = (
     "xpheve",
     "xpheve.laws.conditions",
     "xpheve.errors",
+    "xpheve.meshes",
+    "xpheve.orientation",
     "xpheve.shapes",
     "xpheve.steppers.contract",
     "xpheve.plugins",
@@ -33,7 +35,8 @@ Most of what a program needs is here: `import xpheve as xp`. Beside it there are
 
 - `xpheve.laws.conditions`, which programs call `xp.when`: when laws are called,
 - `xpheve.errors`: what is raised,
-- `xpheve.shapes`: what objects look like,
+- `xpheve.shapes`: what objects look like; `xpheve.meshes`: mesh files and scene graphs,
+- `xpheve.orientation`: quaternions out of other ways to say how a thing is turned, and back,
 - `xpheve.steppers.contract` and `xpheve.plugins`: for authors of steppers and of packs,
 - `xpheve_laws_basic` and `xpheve_laws_collision`: the laws that come along, each by its id.
 """
