@@ -39,9 +39,9 @@ class UndecidedError(ContactError):
     horizon.
     """
 
-    def __init__(self, until: float) -> None:
+    def __init__(self, until: float, what: str = "no impact") -> None:
         super().__init__(
-            f"no impact within {until} s, and {STEPS} steps do not tell what comes after: "
+            f"{what} within {until} s, and {STEPS} steps do not tell what comes after: "
             "bodies that turn about each other without end. Ask with a shorter horizon"
         )
         self.until = until
@@ -221,8 +221,17 @@ def _first_root(gaps: Array, slopes: Array, bend: float) -> float:
     return float(times.min())
 
 
-def first_leave(pair: Pair, horizon: float) -> float:
-    """Time [s] in [0, horizon] at which the separation goes from at most 0 to more; infinite if it does not.
+def is_apart(stand: Stand) -> bool:
+    """Whether what may touch or overlap is apart, or touches and opens."""
+    speed, rate, still = stand.pressing()
+    opens = speed > still or (abs(speed) <= still and rate > 0.0)
+    return stand.separation > stand.touch or (stand.separation >= -stand.touch and opens)
+
+
+def first_leave(pair: Pair, horizon: float, start: float = 0.0) -> float:
+    """Time [s] in [start, horizon] at which the separation goes from at most 0 to more; infinite if it does not.
+
+    At the start they touch or overlap.
 
     The separation changes no faster than the surfaces move: a depth divided by that bound is a time in which the two
     cannot come apart. The instant is right to what counts as touching.
@@ -232,18 +241,10 @@ def first_leave(pair: Pair, horizon: float) -> float:
     UndecidedError
         After `STEPS` steps.
     """
-    t = 0.0
-    stand = pair.stand(t)
-    if stand.separation > stand.touch:
-        t = first_impact(pair, horizon)
-        if t == math.inf:
-            return t
+    t = start
     for _ in range(STEPS):
         stand = pair.stand(t)
-        speed, rate, still = stand.pressing()
-        if stand.separation >= -stand.touch and (speed > still or (abs(speed) <= still and rate > 0.0)):
-            return t
-        if stand.separation > stand.touch:
+        if is_apart(stand):
             return t
         a, b = pair.path_a.at(t), pair.path_b.at(t)
         surface = (
@@ -263,7 +264,7 @@ def first_leave(pair: Pair, horizon: float) -> float:
         t = max(t + s, math.nextafter(t, math.inf))
         if t > horizon:
             return math.inf
-    raise UndecidedError(t)
+    raise UndecidedError(t, "no parting")
 
 
 def _spin(path: Path, t: float, reach: float) -> float:
@@ -271,4 +272,4 @@ def _spin(path: Path, t: float, reach: float) -> float:
     return rate * reach if reach < math.inf else 0.0
 
 
-__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave"]
+__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave", "is_apart"]
