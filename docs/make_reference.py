@@ -42,11 +42,20 @@ Most of what a program needs is here: `import xpheve as xp`. Beside it there are
 """
 
 
+def gather(kind: type) -> None:
+    """Show what ``kind`` has from the rooms that it is made of, which have no pages, as its own."""
+    for part in kind.__mro__[1:-1]:
+        for name, value in vars(part).items():
+            if not name.startswith("_") and name not in vars(kind):
+                setattr(kind, name, value)
+
+
 def make(folder: Path) -> None:
     """Write the pages into ``folder``."""
     for name in MODULES:  # names that are loaded when they are touched are put where pdoc looks
         home = import_module(name)
         vars(home).update({key: getattr(home, key) for key in getattr(home, "__all__", ())})
+    gather(xpheve.PhysicsEngine)
     xpheve.__doc__ = HEAD
     pdoc.render.configure(docformat="numpy", show_source=False, footer_text=f"xPheve {xpheve.__version__}")
     shown = [part for name in MODULES for part in (name, rf"!{re.escape(name)}\..*")]

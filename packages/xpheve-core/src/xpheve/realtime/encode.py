@@ -195,9 +195,9 @@ class Decoder:
         return Observer(name, radius=radius, **place) if kind == "observer" else Probe(name, **place)
 
     def _shape(self, given: Any) -> Any:
-        from xpheve.plan.saved import _revive_shape
+        from xpheve.shapes.described import from_description
 
-        return _revive_shape({"shape": given})
+        return None if given is None else from_description(given)
 
     def _new_object(self, given: Any) -> PhysicalObject:
         from xpheve.plan.saved import _revive_object
@@ -207,7 +207,9 @@ class Decoder:
             for name, value in given["state"].items()
         }
         fixed = {"row.fixed": np.array([given["fixed"]])}
-        obj = _revive_object(given, arrays | fixed, 0, lambda entry: PhysicalObject)
+        shape = self._shape(given["shape"])
+        entry = given | {"shape": None if shape is None else 0}
+        obj = _revive_object(entry, [shape], arrays | fixed, 0, lambda entry: PhysicalObject)
         obj._density = given["density"]
         return obj
 

@@ -28,7 +28,7 @@ from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere
 
 Array = NDArray[np.float64]
 
-STEPS = 20_000  # of one search
+STEPS = 2_000  # of one search
 FAR = 1.01  # bounding spheres this much larger decide how far a search may jump
 
 
@@ -246,13 +246,19 @@ def first_leave(pair: Pair, horizon: float, start: float = 0.0) -> float:
         stand = pair.stand(t)
         if is_apart(stand):
             return t
+        jump = deep_jump(pair, t)
+        if jump > 0.0:
+            t += jump
+            if not t <= horizon or t == math.inf:
+                return math.inf
+            continue
         a, b = pair.path_a.at(t), pair.path_b.at(t)
-        surface = (
-            norm(sub(b.velocity, a.velocity))
-            + _spin(pair.path_a, t, pair.reach_a)
-            + _spin(pair.path_b, t, pair.reach_b)
-        )
-        pull = norm(sub(b.acceleration, a.acceleration))
+        v, acceleration = sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
+        if pair.outward is None:
+            surface, pull = norm(v), norm(acceleration)
+        else:  # only what goes along the plane's normal opens
+            surface, pull = max(-dot(pair.outward, v), 0.0), max(-dot(pair.outward, acceleration), 0.0)
+        surface += _spin(pair.path_a, t, pair.reach_a) + _spin(pair.path_b, t, pair.reach_b)
         depth = max(-stand.separation, stand.touch)
         if surface == 0.0 and pull == 0.0:
             return math.inf
@@ -265,6 +271,19 @@ def first_leave(pair: Pair, horizon: float, start: float = 0.0) -> float:
         if t > horizon:
             return math.inf
     raise UndecidedError(t, "no parting")
+
+
+def deep_jump(pair: Pair, t: float) -> float:
+    """How long the bounding sphere stays behind the plane [s]: 0 if it reaches it, infinite if it never comes back."""
+    if pair.outward is None:
+        return 0.0
+    a, b = pair.path_a.at(t), pair.path_b.at(t)
+    d, v, acceleration = sub(b.position, a.position), sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
+    depth = dot(pair.outward, d) + pair.plane_offset
+    if depth <= FAR * pair.reach_a:
+        return 0.0
+    gap = depth - 0.5 * (1.0 + FAR) * pair.reach_a
+    return sphere_plane(gap, dot(pair.outward, v), dot(pair.outward, acceleration), 0.0, 0.0, math.inf)
 
 
 def _spin(path: Path, t: float, reach: float) -> float:
