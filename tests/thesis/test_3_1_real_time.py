@@ -88,6 +88,21 @@ def test_3_1_1_one_object_does_not_use_a_whole_core() -> None:
     assert used < 0.25
 
 
+@pytest.mark.thesis("real-time-updates", "real-time-updates/fix")
+def test_3_1_1_an_engine_in_which_nothing_moves_uses_no_processor_and_wakes_for_its_next_event() -> None:
+    engine = xp.PhysicsEngine()
+    engine.add_object(xp.PhysicalObject())
+    law = engine.add_law(Count(), container=xp.LawContainer(xp.when.Elapsed(0.9)))
+    engine.start()
+    assert engine.wait(until=0.05, timeout=10)
+    cpu = time.process_time()
+    time.sleep(0.5)
+    assert time.process_time() - cpu < 0.03 and law.evaluations == 0
+    assert engine.wait(until=1.0, timeout=10)
+    engine.terminate()
+    assert law.evaluations == 1
+
+
 @pytest.mark.thesis("states")
 def test_3_1_2_fig_3_4_each_command_acts_at_once() -> None:
     engine = xp.PhysicsEngine()

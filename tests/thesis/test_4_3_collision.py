@@ -264,7 +264,9 @@ def test_4_3_3_the_pick_from_the_centre_misses_glancing_hits_and_has_no_directio
 
 @pytest.mark.thesis("third-body")
 @pytest.mark.parametrize("kind", [BoundingBoxes, Picking])
-def test_4_3_3_a_third_body_that_touches_a_pair_is_reported_too(kind: type[xp.LawContainer]) -> None:
+def test_4_3_3_a_third_body_that_touches_a_pair_is_reported_by_polled_containers_too(
+    kind: type[xp.LawContainer],
+) -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(Hear(), container=kind())
     for x, v in ((0.0, 1.0), (1.0, 0.0), (2.0, -1.0)):
