@@ -19,7 +19,6 @@ from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
 
-
 REPEATS = 2_000  # impacts of one pair at one instant; more do not end
 
 
