@@ -177,3 +177,41 @@ def test_a_new_shape_has_a_new_volume_for_laws() -> None:
     body.shape = xp.Box((1.0, 1.0, 2.0))
     engine.run(until=2.0, dt=0.1)
     assert body.velocity[2] - speed == pytest.approx(2.0 * speed)
+
+
+def test_what_has_no_flight_yet_wakes_nobody_by_its_stillness() -> None:
+    def scene() -> tuple[xp.PhysicsEngine, xp.Probe]:
+        engine = xp.PhysicsEngine()
+        diary = engine.add_law(Diary, xp.LawContainer(when.Crosses(too_fast)))
+        carrier = engine.add_object(xp.PhysicalObject(name="carrier"))
+        probe = engine.add_probe(xp.Probe("probe", attached=carrier))
+        engine.add_law(Diary, xp.LawContainer(when.ProbeEnter(xp.Region(xp.Sphere(1.0)))))
+        engine.run(until=1.0)
+        engine.add_object(xp.PhysicalObject(name="new", velocity=(2.0, 0, 0)), laws=[diary])
+        return engine, probe
+
+    moved, probe = scene()
+    probe.position = (9.0, 0.0, 0.0)
+    plain, _ = scene()
+    again = xp.PhysicsEngine.restore(plain.checkpoint(), laws=[Diary], functions=[too_fast])
+    for one in (moved, plain, again, again.copy()):
+        one.run(until=2.0)
+        assert log(one) == []
+
+
+def too_fast(body: xp.BodyView) -> Any:
+    """Above 0 for what is faster than 1 m/s along x."""
+    return body.velocity.x - 1.0
+
+
+def test_a_copy_of_a_copy_knows_what_was_told() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.Crosses(too_fast)))
+    body = engine.add_object(xp.PhysicalObject(name="body", velocity=(0.5, 0, 0)), laws=[diary])
+    engine.run(until=1.0)
+    body.hold()
+    body.drive(velocity=(2.0, 0, 0))
+    second = engine.copy().copy()
+    for one in (engine, second):
+        one.run(until=2.0)
+    assert [time for time, _ in log(second)] == [1.0] == [time for time, _ in log(engine)]
