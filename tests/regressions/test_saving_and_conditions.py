@@ -215,3 +215,37 @@ def test_a_copy_of_a_copy_knows_what_was_told() -> None:
     for one in (engine, second):
         one.run(until=2.0)
     assert [time for time, _ in log(second)] == [1.0] == [time for time, _ in log(engine)]
+
+
+def test_forces_and_ways_that_were_taken_back_leave_no_trace_in_the_time() -> None:
+    """Their ends fall a hair beyond 0.6 s, which still is 0.6 s as a float."""
+    failing = [True]
+
+    class Tries(xp.PhysicalLaw):
+        id = "mine:tries"
+
+        def enforce_this_law(self, event: xp.Event) -> None:
+            first, second = self.engine.objects
+            if failing[0]:
+                first.add_force((1.0, 0, 0), duration=0.1)
+                second.carry(position=(1.0, 0, 0), within=0.1)
+                raise ValueError("not yet")
+
+    engine = xp.PhysicsEngine()
+    engine.add_law(Tries, xp.LawContainer(when.Elapsed(0.5)))
+    for k in range(2):
+        engine.add_object(xp.PhysicalObject(position=(0, k, 0), velocity=(1.1, 0, 0)))
+    kicked = engine.objects[0]
+    with pytest.raises(xp.errors.LawFailedError):
+        engine.run(until=0.6)
+    failing[0] = False
+    engine.run(until=0.5)
+    kicked.add_force((1.0, 0, 0), duration=0.1, id="taken away")
+    kicked.remove_force("taken away")
+    engine.objects[1].carry(position=(2.0, 0, 0), within=0.1)
+    engine.objects[1].release(velocity=(1.1, 0, 0))
+    again = engine.copy()
+    for one in (engine, again):
+        one.run(until=0.6)
+        assert one._world.time == (0.6, 0.0)
+    assert [obj.position for obj in engine.objects] == [obj.position for obj in again.objects]

@@ -63,10 +63,11 @@ class Tracker:
                 watch = self.watches[key] = make_watch(self.world, key)
             for subject in [one for one in watch.records if one not in subjects]:
                 _void(watch.records.pop(subject))
+            known: dict[Subject, Record | None] = dict(self.restored.get(key, {}))
             for subject in subjects:
                 # What has no flight yet is looked at when it is planned.
                 if subject not in watch.records and carrier(subject) not in self.world.unplanned:
-                    watch.records[subject] = self.restored.get(key, {}).pop(subject, None) or Record()
+                    watch.records[subject] = known.get(subject) or Record()
                     new.append((watch, subject))
         self._by_object = {}
         for watch in self.watches.values():
