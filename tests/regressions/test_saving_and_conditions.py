@@ -249,3 +249,30 @@ def test_forces_and_ways_that_were_taken_back_leave_no_trace_in_the_time() -> No
         one.run(until=0.6)
         assert one._world.time == (0.6, 0.0)
     assert [obj.position for obj in engine.objects] == [obj.position for obj in again.objects]
+
+
+class Ball(xp.PhysicalObject):
+    """Of a class of its own."""
+
+    __slots__ = ()
+
+
+def test_an_object_that_left_keeps_its_class() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.ObjectRemoved() & when.Posted("go")))
+    ball = engine.add_object(Ball(name="ball"), laws=[diary])
+    engine.run(until=1.0)
+    engine.remove_object(ball)
+    engine.run(until=2.0)
+    for one in (engine.copy(), xp.PhysicsEngine.restore(engine.checkpoint(), laws=[Diary], objects=[Ball])):
+        (tree,) = one._world.wakeups.trees.values()
+        ((_, event),) = next(iter(tree.memory.met.values()))
+        assert type(event.objects[0]) is Ball
+
+
+def test_two_bodies_in_one_place_are_told_the_way_out() -> None:
+    engine = xp.PhysicsEngine()
+    gravity = engine.add_law("basic:universal_gravity")
+    engine.add_objects([xp.PhysicalObject(), xp.PhysicalObject()], laws=[gravity])
+    with pytest.raises(xp.errors.LawFailedError, match="softening"):
+        engine.run(until=1.0)
