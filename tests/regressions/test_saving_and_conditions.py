@@ -276,3 +276,19 @@ def test_two_bodies_in_one_place_are_told_the_way_out() -> None:
     engine.add_objects([xp.PhysicalObject(), xp.PhysicalObject()], laws=[gravity])
     with pytest.raises(xp.errors.LawFailedError, match="softening"):
         engine.run(until=1.0)
+
+
+def test_setting_the_value_it_has_is_no_change() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.Changed() | when.PoseChanged()))
+    body = engine.add_object(xp.PhysicalObject(xp.Box((1, 1, 1)), velocity=(1, 0, 0), spare=1.0), laws=[diary])
+    engine.run(until=1.0)
+    for name in ("mass", "inertia", "position", "velocity", "orientation", "angular_velocity"):
+        setattr(body, name, getattr(body, name))
+    body["spare"] = 1.0
+    body.shape = xp.Box((1, 1, 1))
+    engine.run(until=2.0)
+    assert log(engine) == []
+    body.mass = 2.0
+    engine.run(until=3.0)
+    assert [time for time, _ in log(engine)] == [2.0]
