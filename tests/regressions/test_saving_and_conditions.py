@@ -177,3 +177,118 @@ def test_a_new_shape_has_a_new_volume_for_laws() -> None:
     body.shape = xp.Box((1.0, 1.0, 2.0))
     engine.run(until=2.0, dt=0.1)
     assert body.velocity[2] - speed == pytest.approx(2.0 * speed)
+
+
+def test_what_has_no_flight_yet_wakes_nobody_by_its_stillness() -> None:
+    def scene() -> tuple[xp.PhysicsEngine, xp.Probe]:
+        engine = xp.PhysicsEngine()
+        diary = engine.add_law(Diary, xp.LawContainer(when.Crosses(too_fast)))
+        carrier = engine.add_object(xp.PhysicalObject(name="carrier"))
+        probe = engine.add_probe(xp.Probe("probe", attached=carrier))
+        engine.add_law(Diary, xp.LawContainer(when.ProbeEnter(xp.Region(xp.Sphere(1.0)))))
+        engine.run(until=1.0)
+        engine.add_object(xp.PhysicalObject(name="new", velocity=(2.0, 0, 0)), laws=[diary])
+        return engine, probe
+
+    moved, probe = scene()
+    probe.position = (9.0, 0.0, 0.0)
+    plain, _ = scene()
+    again = xp.PhysicsEngine.restore(plain.checkpoint(), laws=[Diary], functions=[too_fast])
+    for one in (moved, plain, again, again.copy()):
+        one.run(until=2.0)
+        assert log(one) == []
+
+
+def too_fast(body: xp.BodyView) -> Any:
+    """Above 0 for what is faster than 1 m/s along x."""
+    return body.velocity.x - 1.0
+
+
+def test_a_copy_of_a_copy_knows_what_was_told() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.Crosses(too_fast)))
+    body = engine.add_object(xp.PhysicalObject(name="body", velocity=(0.5, 0, 0)), laws=[diary])
+    engine.run(until=1.0)
+    body.hold()
+    body.drive(velocity=(2.0, 0, 0))
+    second = engine.copy().copy()
+    for one in (engine, second):
+        one.run(until=2.0)
+    assert [time for time, _ in log(second)] == [1.0] == [time for time, _ in log(engine)]
+
+
+def test_forces_and_ways_that_were_taken_back_leave_no_trace_in_the_time() -> None:
+    """Their ends fall a hair beyond 0.6 s, which still is 0.6 s as a float."""
+    failing = [True]
+
+    class Tries(xp.PhysicalLaw):
+        id = "mine:tries"
+
+        def enforce_this_law(self, event: xp.Event) -> None:
+            first, second = self.engine.objects
+            if failing[0]:
+                first.add_force((1.0, 0, 0), duration=0.1)
+                second.carry(position=(1.0, 0, 0), within=0.1)
+                raise ValueError("not yet")
+
+    engine = xp.PhysicsEngine()
+    engine.add_law(Tries, xp.LawContainer(when.Elapsed(0.5)))
+    for k in range(2):
+        engine.add_object(xp.PhysicalObject(position=(0, k, 0), velocity=(1.1, 0, 0)))
+    kicked = engine.objects[0]
+    with pytest.raises(xp.errors.LawFailedError):
+        engine.run(until=0.6)
+    failing[0] = False
+    engine.run(until=0.5)
+    kicked.add_force((1.0, 0, 0), duration=0.1, id="taken away")
+    kicked.remove_force("taken away")
+    engine.objects[1].carry(position=(2.0, 0, 0), within=0.1)
+    engine.objects[1].release(velocity=(1.1, 0, 0))
+    again = engine.copy()
+    for one in (engine, again):
+        one.run(until=0.6)
+        assert one._world.time == (0.6, 0.0)
+    assert [obj.position for obj in engine.objects] == [obj.position for obj in again.objects]
+
+
+class Ball(xp.PhysicalObject):
+    """Of a class of its own."""
+
+    __slots__ = ()
+
+
+def test_an_object_that_left_keeps_its_class() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.ObjectRemoved() & when.Posted("go")))
+    ball = engine.add_object(Ball(name="ball"), laws=[diary])
+    engine.run(until=1.0)
+    engine.remove_object(ball)
+    engine.run(until=2.0)
+    for one in (engine.copy(), xp.PhysicsEngine.restore(engine.checkpoint(), laws=[Diary], objects=[Ball])):
+        (tree,) = one._world.wakeups.trees.values()
+        ((_, event),) = next(iter(tree.memory.met.values()))
+        assert type(event.objects[0]) is Ball
+
+
+def test_two_bodies_in_one_place_are_told_the_way_out() -> None:
+    engine = xp.PhysicsEngine()
+    gravity = engine.add_law("basic:universal_gravity")
+    engine.add_objects([xp.PhysicalObject(), xp.PhysicalObject()], laws=[gravity])
+    with pytest.raises(xp.errors.LawFailedError, match="softening"):
+        engine.run(until=1.0)
+
+
+def test_setting_the_value_it_has_is_no_change() -> None:
+    engine = xp.PhysicsEngine()
+    diary = engine.add_law(Diary, xp.LawContainer(when.Changed() | when.PoseChanged()))
+    body = engine.add_object(xp.PhysicalObject(xp.Box((1, 1, 1)), velocity=(1, 0, 0), spare=1.0), laws=[diary])
+    engine.run(until=1.0)
+    for name in ("mass", "inertia", "position", "velocity", "orientation", "angular_velocity"):
+        setattr(body, name, getattr(body, name))
+    body["spare"] = 1.0
+    body.shape = xp.Box((1, 1, 1))
+    engine.run(until=2.0)
+    assert log(engine) == []
+    body.mass = 2.0
+    engine.run(until=3.0)
+    assert [time for time, _ in log(engine)] == [2.0]

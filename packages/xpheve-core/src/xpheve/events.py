@@ -22,9 +22,10 @@ class Entry:
     """Something that will happen: when, at which stage, in which order among equals, and what.
 
     ``guards`` are objects with the versions of their flights that the entry was predicted from; it is void when one has moved on.
+    ``stands`` says whether what it is about is there at all: it was not taken away, or taken back with a handler that failed.
     """
 
-    __slots__ = ("act", "alive", "guards", "instant", "rank", "stage")
+    __slots__ = ("act", "alive", "guards", "instant", "rank", "stage", "stands")
 
     def __init__(
         self,
@@ -33,12 +34,14 @@ class Entry:
         rank: Rank,
         act: Callable[[list[Entry]], None],
         guards: tuple[Guard, ...] = (),
+        stands: Callable[[], bool] | None = None,
     ) -> None:
         self.instant = instant
         self.stage = stage
         self.rank = rank
         self.act = act
         self.guards = guards
+        self.stands = stands
         self.alive = True
 
 

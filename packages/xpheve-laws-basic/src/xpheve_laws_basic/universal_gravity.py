@@ -37,6 +37,7 @@ class UniversalGravity(PairLaw):
 
     id = "basic:universal_gravity"
     role = "gravity"
+    singular = "Two bodies in one place attract without bound: move them apart, or give the law a softening"
 
     gravitational_constant = Param(6.67430e-11, unit="m^3/(kg s^2)", ge=0, doc="G; relative uncertainty 2.2e-5.")
     softening = Param(0.0, unit="m", ge=0, doc="s, the Plummer radius; 0 for Newton's law itself.")

@@ -105,9 +105,11 @@ class Saving(Looking):
         if self._authored is not None:
             laws += [type(law) for law in self._authored.laws]
             containers += [type(container) for container in self._authored.containers]
-        held = [*self._world.bodies.objects, *(self._authored.objects if self._authored is not None else ())]
-        kinds = {obj.serial: type(obj) for obj in held}
         saved, first = self._save(), self._authored
+        held = [*saved.gone, *saved.objects]
+        if first is not None:
+            held = [*first.gone, *first.objects, *held]
+        kinds = {obj.serial: type(obj) for obj in held}
         made = revive(
             type(self),
             saved.portable(first),

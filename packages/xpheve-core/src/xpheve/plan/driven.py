@@ -137,7 +137,8 @@ def _put_arrival(world: World, obj: PhysicalObject, arrival: Arrival | None) -> 
 
 def watch(world: World, obj: PhysicalObject, arrival: Arrival) -> None:
     """Queue ``arrival``."""
-    world.queue.push(Entry(arrival.at, FORCE, (obj.rank, obj.serial), _Arriving(world, obj, arrival)))
+    end = _Arriving(world, obj, arrival)
+    world.queue.push(Entry(arrival.at, FORCE, (obj.rank, obj.serial), end, stands=end.stands))
 
 
 class _Arriving:
@@ -146,9 +147,13 @@ class _Arriving:
     def __init__(self, world: World, obj: PhysicalObject, arrival: Arrival) -> None:
         self.world, self.obj, self.arrival = world, obj, arrival
 
+    def stands(self) -> bool:
+        """Whether the object is still expected there."""
+        return self.world.arrivals.get(self.obj) is self.arrival
+
     def __call__(self, entries: list[Entry]) -> None:
         world, obj, arrival = self.world, self.obj, self.arrival
-        if world.arrivals.get(obj) is not arrival:
+        if not self.stands():
             return
         with world.instant() as transaction:
             row = transaction.touch(obj)

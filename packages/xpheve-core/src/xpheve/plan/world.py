@@ -671,7 +671,7 @@ class World:
     # Time
 
     def _is_live(self, entry: Entry) -> bool:
-        if not entry.alive:
+        if not entry.alive or not (entry.stands is None or entry.stands()):
             return False
         version = self.bodies.version
         return all(obj._row >= 0 and version[obj._row] == seen for obj, seen in entry.guards)
@@ -776,7 +776,8 @@ class World:
     def watch_force(self, obj: PhysicalObject, stored: StoredForce) -> None:
         """Queue the end of a force that has one."""
         if stored.until != NEVER:
-            self.queue.push(Entry(stored.until, FORCE, (obj.rank, obj.serial), _ForceEnd(self, obj, stored)))
+            end = _ForceEnd(self, obj, stored)
+            self.queue.push(Entry(stored.until, FORCE, (obj.rank, obj.serial), end, stands=end.stands))
 
     def end_forces(self, ended: list[tuple[PhysicalObject, StoredForce]]) -> None:
         """Forces whose time is over."""
@@ -852,6 +853,10 @@ class _ForceEnd:
 
     def __init__(self, world: World, obj: PhysicalObject, stored: StoredForce) -> None:
         self.world, self.obj, self.stored = world, obj, stored
+
+    def stands(self) -> bool:
+        """Whether the force still acts."""
+        return self.stored in self.world.forces.on(self.obj)
 
     def __call__(self, entries: list[Entry]) -> None:
         self.world.end_forces([(self.obj, self.stored)])

@@ -61,6 +61,8 @@ class ObjectRemoved(Condition):
 class Changed(Condition):
     """Somebody *set* a property of an object under a law of the container; moving in flight is no change.
 
+    Nor is setting the value that it has already.
+
     Parameters
     ----------
     what

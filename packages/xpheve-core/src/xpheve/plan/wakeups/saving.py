@@ -143,11 +143,13 @@ class Writer:
         }
 
     def _watches(self) -> list[Plain]:
+        tracker = self.world.wakeups.tracker
         found = []
-        for key, watch in self.world.wakeups.tracker.watches.items():
+        for key in dict.fromkeys([*tracker.watches, *tracker.restored]):
+            known = tracker.restored.get(key, {}) | (tracker.watches[key].records if key in tracker.watches else {})
             records = [
                 [self.value(subject), one.state, one.begin, one.start, one.wish, one.passed]
-                for subject, one in watch.records.items()
+                for subject, one in known.items()
             ]
             found.append([[self.value(part) for part in key], records])
         return found

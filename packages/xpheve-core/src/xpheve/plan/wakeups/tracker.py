@@ -42,12 +42,12 @@ class Tracker:
         """How often a motion was looked at; 0 for as long as nobody is armed."""
         self._by_object: dict[PhysicalObject, list[tuple[Watch, Subject]]] = {}
         self.restored: dict[tuple[Any, ...], dict[Subject, Record]] = {}
-        """Records of a checkpoint, until they are asked for."""
+        """Records of a checkpoint, until their subjects are planned."""
 
     # Who is watched
 
     def arm(self) -> None:
-        """Watch what is asked for now, and nothing else."""
+        """Watch what is asked for now, and nothing else; to be called again when the scene is planned."""
         wanted: dict[tuple[Any, ...], dict[Subject, None]] = {}
         for leaf, containers in self.world.wakeups.armed.all().items():
             key = watch_key(leaf)
@@ -63,10 +63,12 @@ class Tracker:
                 watch = self.watches[key] = make_watch(self.world, key)
             for subject in [one for one in watch.records if one not in subjects]:
                 _void(watch.records.pop(subject))
-            new += [(watch, subject) for subject in subjects if subject not in watch.records]
+            known: dict[Subject, Record | None] = dict(self.restored.get(key, {}))
             for subject in subjects:
-                if subject not in watch.records:
-                    watch.records[subject] = self.restored.get(key, {}).get(subject) or Record()
+                # What has no flight yet is looked at when it is planned.
+                if subject not in watch.records and carrier(subject) not in self.world.unplanned:
+                    watch.records[subject] = known.get(subject) or Record()
+                    new.append((watch, subject))
         self._by_object = {}
         for watch in self.watches.values():
             for subject in watch.records:

@@ -45,6 +45,7 @@ class Wakeups:
         self._planned = key
         self.timers.arm()
         self.tracker.arm()
+        self.tracker.restored.clear()
         for container in world.containers:
             if needs_tree(container.condition):
                 tree = self.trees.get(container)
