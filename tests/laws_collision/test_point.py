@@ -20,7 +20,9 @@ def meet(law: str, *bodies: xp.PhysicalObject, until: float = 1.0, **parameters:
 
 @settings(deadline=None, max_examples=30, derandomize=True)
 @given(m1=st.floats(1e-3, 1e3), m2=st.floats(1e-3, 1e3), v1=st.floats(0.1, 10), v2=st.floats(-10, 0))
-def test_two_movers_follow_the_formula_of_appendix_a_whatever_the_factor(m1: float, m2: float, v1: float, v2: float) -> None:
+def test_two_movers_follow_the_formula_of_appendix_a_whatever_the_factor(
+    m1: float, m2: float, v1: float, v2: float
+) -> None:
     one = xp.PhysicalObject(xp.Sphere(0.5), mass=m1, velocity=(v1, 0.1, 0.7))
     two = xp.PhysicalObject(xp.Sphere(0.5), mass=m2, position=(1.001, 0, 0), velocity=(v2, 0.1, 0.7))
     meet("collision:point", one, two, factor=0.3)

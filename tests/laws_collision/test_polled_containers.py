@@ -56,17 +56,24 @@ def test_laws_of_exact_contacts_answer_in_a_polled_container_too(law: str) -> No
 def test_a_free_law_of_the_role_collision_hears_of_contacts_with_normal_and_point() -> None:
     heard: list[Any] = []
     kind = type(
-        "Hear", (xp.PhysicalLaw,), {"role": "collision", "enforce_this_law": lambda self, event: heard.extend(event.contacts)}
+        "Hear",
+        (xp.PhysicalLaw,),
+        {"role": "collision", "enforce_this_law": lambda self, event: heard.extend(event.contacts)},
     )
     engine = xp.PhysicsEngine()
     law = engine.add_law(kind(), container=BoundingBoxes(period=0.05))
     for x, v in ((0, 1), (1.2, 0), (2.4, -1)):
         engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(x, 0, 0), velocity=(v, 0, 0)), laws=[law])
     engine.run(until=0.25)
-    assert {frozenset((c.body_a.position[0], c.body_b.position[0])) for c in heard} == {frozenset((0.25, 1.2)), frozenset((1.2, 2.15))}
+    assert {frozenset((c.body_a.position[0], c.body_b.position[0])) for c in heard} == {
+        frozenset((0.25, 1.2)),
+        frozenset((1.2, 2.15)),
+    }
     first = heard[0]
     middle = 0.7 if first.body_a.position[0] < 1 else 1.7
-    assert abs(first.normal[0]) == 1.0 and first.normal[1:] == (0, 0) and first.point[0] == pytest.approx(middle, abs=0.1)
+    assert (
+        abs(first.normal[0]) == 1.0 and first.normal[1:] == (0, 0) and first.point[0] == pytest.approx(middle, abs=0.1)
+    )
     assert -0.06 < first.separation <= 0.0 and first.approach_speed == 1.0
 
 

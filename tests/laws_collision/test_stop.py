@@ -23,7 +23,9 @@ def test_on_a_floor_it_lies_where_it_fell() -> None:
     engine = xp.PhysicsEngine()
     gravity, law = engine.add_law("basic:planet_gravity"), engine.add_law("collision:stop")
     engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[law])
-    ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 2, 0), velocity=(1, 0, 0)), laws=[gravity, law])
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.5), position=(0, 2, 0), velocity=(1, 0, 0)), laws=[gravity, law]
+    )
     engine.run(until=9.0)
     assert ball.velocity == (0, 0, 0) and ball.position[1] == 0.5 and law.evaluations == 1
 

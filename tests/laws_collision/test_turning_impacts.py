@@ -38,12 +38,18 @@ def test_two_bodies_keep_momentum_angular_momentum_and_energy(
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     engine.add_object(
-        xp.PhysicalObject(first, position=(-2, 0, 0), velocity=(2, 0, 0), angular_velocity=spins[0], orientation=turned(axes[0], 1.0)),
+        xp.PhysicalObject(
+            first, position=(-2, 0, 0), velocity=(2, 0, 0), angular_velocity=spins[0], orientation=turned(axes[0], 1.0)
+        ),
         laws=[law],
     )
     engine.add_object(
         xp.PhysicalObject(
-            second, mass=mass, position=(0, 0.3 * offset[0], 0.3 * offset[1]), angular_velocity=spins[1], orientation=turned(axes[1], 2.0)
+            second,
+            mass=mass,
+            position=(0, 0.3 * offset[0], 0.3 * offset[1]),
+            angular_velocity=spins[1],
+            orientation=turned(axes[1], 2.0),
         ),
         laws=[law],
     )
@@ -60,7 +66,9 @@ def test_a_box_that_falls_flat_gets_four_equal_impulses_and_does_not_turn() -> N
     engine = xp.PhysicsEngine()
     gravity, law = engine.add_law("basic:planet_gravity"), engine.add_law("collision:elastic")
     engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[law])
-    box = engine.add_object(xp.PhysicalObject(xp.Box((1, 2, 0.7)), position=(0, 3, 0), velocity=(1, 0, 0)), laws=[gravity, law])
+    box = engine.add_object(
+        xp.PhysicalObject(xp.Box((1, 2, 0.7)), position=(0, 3, 0), velocity=(1, 0, 0)), laws=[gravity, law]
+    )
     before = engine.energy().total
     engine.run(until=10.0)
     assert box.angular_velocity == (0, 0, 0) and law.evaluations > 20
@@ -72,7 +80,9 @@ def test_a_central_hit_of_a_box_is_that_of_a_sphere() -> None:
     for shape in (xp.Box((1, 1, 1)), xp.Sphere(0.5)):
         engine = xp.PhysicsEngine()
         law = engine.add_law("collision:elastic", restitution=0.7)
-        engine.add_object(xp.PhysicalObject(xp.Sphere(0.25), mass=3.0, position=(-2, 0, 0), velocity=(2, 0, 0)), laws=[law])
+        engine.add_object(
+            xp.PhysicalObject(xp.Sphere(0.25), mass=3.0, position=(-2, 0, 0), velocity=(2, 0, 0)), laws=[law]
+        )
         hit = engine.add_object(xp.PhysicalObject(shape, mass=1.5), laws=[law])
         engine.run(until=2.0)
         assert hit.angular_velocity == (0, 0, 0)
@@ -85,7 +95,9 @@ def test_a_hit_on_the_end_of_a_rod_has_the_closed_form_of_the_lever() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic")
     rod = engine.add_object(xp.PhysicalObject(xp.Box((0.2, 2.0, 0.2)), mass=2.0), laws=[law])
-    ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), mass=0.5, position=(-1, 0.8, 0), velocity=(3, 0, 0)), laws=[law])
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.1), mass=0.5, position=(-1, 0.8, 0), velocity=(3, 0, 0)), laws=[law]
+    )
     engine.run(until=0.5)
     inertia = rod.inertia[2]
     impulse = 2 * 3 / (1 / 0.5 + 1 / 2 + 0.8**2 / inertia)
@@ -170,7 +182,7 @@ def test_a_body_that_comes_to_rest_is_held_or_named() -> None:
 
 @pytest.mark.parametrize("restitution", [0.5, 1.0])
 def test_boxes_in_a_room_do_not_leave_it_nor_gain_energy_and_go_on_to_the_same_bits_after_a_checkpoint(
-    restitution: float
+    restitution: float,
 ) -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:elastic", restitution=restitution, resting="hold")

@@ -12,7 +12,9 @@ import xpheve as xp
 pytestmark = pytest.mark.stress
 
 
-def room(count: int, *, scale: float = 1.0, spin: float = 3.0, restitution: float = 1.0, seed: int = 3) -> xp.PhysicsEngine:
+def room(
+    count: int, *, scale: float = 1.0, spin: float = 3.0, restitution: float = 1.0, seed: int = 3
+) -> xp.PhysicsEngine:
     """Return boxes of about 0.3 of the scale in a room of three."""
     chance = random.Random(seed)
     engine = xp.PhysicsEngine()
@@ -40,9 +42,12 @@ def stays(engine: xp.PhysicsEngine, scale: float = 1.0) -> bool:
 
 
 @pytest.mark.parametrize(
-    ("count", "until", "scale", "spin"), [(10, 5.0, 1.0, 3.0), (4, 3.0, 1e-3, 3.0), (4, 3.0, 1e3, 3.0), (2, 0.5, 1.0, 1e3)]
+    ("count", "until", "scale", "spin"),
+    [(10, 5.0, 1.0, 3.0), (4, 3.0, 1e-3, 3.0), (4, 3.0, 1e3, 3.0), (2, 0.5, 1.0, 1e3)],
 )
-def test_energy_is_kept_at_restitution_1_and_nothing_leaves_the_room(count: int, until: float, scale: float, spin: float) -> None:
+def test_energy_is_kept_at_restitution_1_and_nothing_leaves_the_room(
+    count: int, until: float, scale: float, spin: float
+) -> None:
     engine, twin = (room(count, scale=scale, spin=spin) for _ in range(2))
     before = engine.energy().kinetic
     engine.run(until=until)

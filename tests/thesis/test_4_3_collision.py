@@ -190,7 +190,9 @@ def test_4_3_1_fig_4_12_of_five_balls_each_touching_pair_is_reported_once_with_n
     engine = xp.PhysicsEngine()
     law = engine.add_law(Hear())
     for k, speed in enumerate((4.0, 2.0, 0.0, -2.0, -4.0)):
-        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(2.0 * k, 0, 0), velocity=(speed, 0, 0)), laws=[law])
+        engine.add_object(
+            xp.PhysicalObject(xp.Sphere(0.5), position=(2.0 * k, 0, 0), velocity=(speed, 0, 0)), laws=[law]
+        )
     engine.run(until=0.51)
     assert len(law.heard) == len({frozenset((c.body_a, c.body_b)) for c in law.heard}) == 4
     assert all(abs(c.normal[0]) == 1.0 and c.approach_speed == 2.0 for c in law.heard)
@@ -198,7 +200,10 @@ def test_4_3_1_fig_4_12_of_five_balls_each_touching_pair_is_reported_once_with_n
 
 
 def test_4_3_2_a_body_that_is_hit_off_its_centre_answers_as_a_point_or_with_its_inertia() -> None:
-    for law, spin in (("collision:point", 0.0), ("collision:elastic", -0.8 * 6 / (1 / 1 + 1 / 1 + 0.8**2 / (4.04 / 12)) / (4.04 / 12))):
+    for law, spin in (
+        ("collision:point", 0.0),
+        ("collision:elastic", -0.8 * 6 / (1 / 1 + 1 / 1 + 0.8**2 / (4.04 / 12)) / (4.04 / 12)),
+    ):
         engine = xp.PhysicsEngine()
         made = engine.add_law(law)
         rod = engine.add_object(xp.PhysicalObject(xp.Box((0.2, 2.0, 0.2))), laws=[made])
@@ -228,7 +233,9 @@ def test_4_3_3_fig_4_21_and_4_22_what_lies_ahead_within_tau_is_found(gap: float,
     _, law = pair(Picking(factor=factor), xp.Sphere(0.5), gap)
     assert len(law.heard) == found
     for contact in law.heard:
-        assert abs(contact.normal[0]) == 1.0 and contact.separation == pytest.approx(gap) and contact.approach_speed == 6.0
+        assert (
+            abs(contact.normal[0]) == 1.0 and contact.separation == pytest.approx(gap) and contact.approach_speed == 6.0
+        )
 
 
 def test_4_3_3_fig_4_23_overlap_is_found_through_the_range_below_zero() -> None:
@@ -237,7 +244,9 @@ def test_4_3_3_fig_4_23_overlap_is_found_through_the_range_below_zero() -> None:
 
 
 def test_4_3_3_the_pick_from_the_centre_misses_glancing_hits_and_has_no_direction_at_rest() -> None:
-    assert len(pair(Picking(), xp.Sphere(0.5), 0.0, position=(0.6, 0.75, 0))[1].heard) == 0  # they overlap; the ray goes by
+    assert (
+        len(pair(Picking(), xp.Sphere(0.5), 0.0, position=(0.6, 0.75, 0))[1].heard) == 0
+    )  # they overlap; the ray goes by
     assert len(pair(Picking(), xp.Sphere(0.5), -0.05, velocity=(6, 0, 0))[1].heard) == 0
 
 
@@ -255,7 +264,10 @@ def test_4_3_3_fig_4_19_a_live_bounding_box_container_watches_what_is_added_and_
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:stop", container="collision:bounding_box")
     engine.add_object(xp.PhysicalObject(xp.Plane((-1, 0, 0), offset=-5), fixed=True), laws=[law])
-    balls = [engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 3 * k, 0), velocity=(1, 0, 0))) for k in range(2)]
+    balls = [
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.5), position=(0, 3 * k, 0), velocity=(1, 0, 0)))
+        for k in range(2)
+    ]
     engine.run(until=1.0, dt=0.1)
     engine.map(balls[0], law)
     engine.map(balls[1], law)
