@@ -17,7 +17,7 @@ BEGIN, END = "<!-- table of conditions: made by make_conditions_table.py -->", "
 
 def table() -> str:
     """Return the table, a row for each condition, in the order of the module."""
-    kinds = [kind for name, kind in vars(conditions).items() if name in conditions.__all__ and name != "Condition"]
+    kinds = [getattr(conditions, name) for name in conditions.__all__ if name != "Condition"]
     rows = ["| condition | fires when | found by | Java3D | other than there |", "|---|---|---|---|---|"]
     for kind in kinds:
         cells = (f"`{kind.__name__}{signature(kind)}`", meaning(kind), server(kind), kind.original, kind.difference)

@@ -20,6 +20,8 @@ MODULES = (
     "xpheve",
     "xpheve.laws.conditions",
     "xpheve.errors",
+    "xpheve.meshes",
+    "xpheve.orientation",
     "xpheve.shapes",
     "xpheve.steppers.contract",
     "xpheve.plugins",
@@ -33,10 +35,19 @@ Most of what a program needs is here: `import xpheve as xp`. Beside it there are
 
 - `xpheve.laws.conditions`, which programs call `xp.when`: when laws are called,
 - `xpheve.errors`: what is raised,
-- `xpheve.shapes`: what objects look like,
+- `xpheve.shapes`: what objects look like; `xpheve.meshes`: mesh files and scene graphs,
+- `xpheve.orientation`: quaternions out of other ways to say how a thing is turned, and back,
 - `xpheve.steppers.contract` and `xpheve.plugins`: for authors of steppers and of packs,
 - `xpheve_laws_basic` and `xpheve_laws_collision`: the laws that come along, each by its id.
 """
+
+
+def gather(kind: type) -> None:
+    """Show what ``kind`` has from the rooms that it is made of, which have no pages, as its own."""
+    for part in kind.__mro__[1:-1]:
+        for name, value in vars(part).items():
+            if not name.startswith("_") and name not in vars(kind):
+                setattr(kind, name, value)
 
 
 def make(folder: Path) -> None:
@@ -44,6 +55,7 @@ def make(folder: Path) -> None:
     for name in MODULES:  # names that are loaded when they are touched are put where pdoc looks
         home = import_module(name)
         vars(home).update({key: getattr(home, key) for key in getattr(home, "__all__", ())})
+    gather(xpheve.PhysicsEngine)
     xpheve.__doc__ = HEAD
     pdoc.render.configure(docformat="numpy", show_source=False, footer_text=f"xPheve {xpheve.__version__}")
     shown = [part for name in MODULES for part in (name, rf"!{re.escape(name)}\..*")]

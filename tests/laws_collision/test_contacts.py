@@ -99,7 +99,7 @@ def test_a_moving_plane_or_a_pair_without_a_family_is_named() -> None:
     skin = xp.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
     crate = engine.add_object(xp.PhysicalObject(skin, name="crate"))
     ball = engine.add_object(
-        xp.PhysicalObject(xp.Sphere(1), name="ball", position=(5, 0, 0), velocity=(-1, 0, 0)), laws=[law]
+        xp.PhysicalObject(xp.Box((1, 1, 1)), name="box", position=(5, 0, 0), velocity=(-1, 0, 0)), laws=[law]
     )
     engine.run(until=1.0)
     for _ in range(2):

@@ -141,6 +141,53 @@ def test_an_overlapping_box_leaves_and_what_touches_and_opens_leaves_now() -> No
     assert leave(crate._replace(velocity=(0.0, 0.0, -2.0)), floor(), 10.0) == math.inf
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    kinds,
+    kinds,
+    vectors,
+    vectors,
+    vectors,
+    quaternions,
+    quaternions,
+    vectors,
+    st.sampled_from((0.0, 2.0, 20.0)),
+    st.booleans(),
+)
+def test_overlapping_bodies_leave_when_samples_say(
+    first: str, second: str, at: Any, aim: Any, pull: Any, p: Any, q: Any, spin: Any, rate: float, on_floor: bool
+) -> None:
+    a = body(SHAPES[first], [0.5 * c for c in at], [2 * c for c in aim], pull, p, [rate * c for c in spin])
+    b = floor() if on_floor else body(SHAPES[second], NONE, NONE, NONE, q, [-0.5 * rate * c for c in spin])
+    if gap_of(a, b).separation > -1e-6:
+        return
+    try:
+        t = leave(a, b, 1.0)
+    except UndecidedError as undecided:
+        assert "no parting" in str(undecided)
+        t = undecided.until
+    for k in range(1, 30):
+        s = min(t, 1.0) * k / 30
+        assert gap_of(a.at(s), b.at(s)).separation < 1e-9
+    if t < math.inf:
+        gap = gap_of(a.at(t), b.at(t))
+        assert abs(gap.separation) <= 3 * gap.touch
+
+
+def test_a_compound_has_left_when_its_last_part_has() -> None:
+    pole = xp.Compound([(xp.Sphere(0.2), (0, 0, 1)), (xp.Sphere(0.2), (0, 0, -1))])
+    wheel = body(pole, (0, 0, 0.9), NONE, NONE, angular_velocity=(0, 4.0, 0))
+    t = leave(wheel, floor(), 10.0)
+    # One end is down, then the other: 0.9 - |cos 4 t| = 0.2 when it first is out.
+    assert math.isclose(t, math.acos(0.7) / 4, rel_tol=1e-10)
+    low = wheel._replace(position=(0.0, 0.0, 0.1), velocity=(0.0, 0.0, 0.1))
+    t = leave(low, floor(), 20.0)
+    for k in range(1, 400):
+        height = 0.1 + 0.1 * t * k / 400
+        assert height - abs(math.cos(4 * t * k / 400)) < 0.2
+    assert abs(0.1 + 0.1 * t - abs(math.cos(4 * t)) - 0.2) < 1e-9
+
+
 def test_bodies_that_turn_about_each_other_for_ever_are_undecided_and_say_until_when() -> None:
     a = body(xp.Box((2, 0.2, 0.2)), (0, 0, 0), angular_velocity=(0, 0, 1))
     b = body(xp.Box((0.2, 2, 0.2)), (1.9, 0, 0.5), angular_velocity=(1, 0.1, 0))

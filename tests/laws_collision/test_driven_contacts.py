@@ -83,3 +83,25 @@ def test_a_ball_let_go_where_it_touches_the_floor_rests() -> None:
     ball.release()
     engine.run(until=3.0)
     assert ball.position == (0, 0, 0.1) and ball.velocity == (0, 0, 0)
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.6])
+@pytest.mark.parametrize("hand_first", [True, False])
+def test_what_a_hand_gives_in_an_impact_is_its_work(restitution: float, hand_first: bool) -> None:
+    """A bat that turns and moves strikes a ball: the balance holds, and the impact's own work is never above zero."""
+    engine = xp.PhysicsEngine(up="z")
+    bounce = engine.add_law("collision:elastic", restitution=restitution)
+    bat = xp.PhysicalObject(xp.Box((0.1, 1.0, 0.1)), name="bat")
+    ball = xp.PhysicalObject(xp.Sphere(0.1), mass=0.3, position=(0.6, 0.3, 0), velocity=(-3, 0.5, 0), name="ball")
+    engine.add_objects([bat, ball] if hand_first else [ball, bat], laws=[bounce])
+    engine.run(until=0.0)
+    bat.drive((2, 0, 0), angular_velocity=(0, 0, -1.5))
+    balance = engine.energy().balance
+    for _ in range(2):
+        engine.run(until=engine.time + 0.5)
+        assert engine.energy().balance == pytest.approx(balance, rel=1e-13)
+    work = engine.explain().data["energy"]["work_by"]
+    assert ball.velocity[0] > 3 and work["driven"] > 0.5
+    assert work.get("bounce", work.get("collision:elastic", 0.0)) <= 0.0
+    bat.release()
+    assert engine.energy().balance == pytest.approx(balance, rel=1e-13)

@@ -14,6 +14,7 @@ from xpheve.errors import InvalidValueError
 QUARTER = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]
 
 
+@pytest.mark.thesis("pose", "pose/forms")
 @pytest.mark.parametrize(
     "given",
     [
@@ -32,6 +33,7 @@ def test_figure_2_1_every_way_to_give_an_orientation_gives_one_4x4_matrix(given:
     assert turn.to_euler(obj.orientation) == pytest.approx((0, 0, math.pi / 2))
 
 
+@pytest.mark.thesis("pose/forms")
 def test_turns_about_x_y_and_z_are_about_the_worlds_axes_in_that_order() -> None:
     x = turn.to_matrix(turn.from_axis_angle((1, 0, 0), 0.1))
     y = turn.to_matrix(turn.from_axis_angle((0, 1, 0), 0.2))
@@ -39,6 +41,7 @@ def test_turns_about_x_y_and_z_are_about_the_worlds_axes_in_that_order() -> None
     assert np.allclose(turn.to_matrix(turn.from_euler((0.1, 0.2, 0.3))), z @ y @ x, atol=1e-15)
 
 
+@pytest.mark.thesis("pose/decide")
 def test_decided_a_matrix_with_scale_is_refused_naming_the_factor_and_scaling_the_shape_is_the_way_out() -> None:
     """Decision 0014."""
     matrix = np.array(QUARTER, dtype=float) @ np.diag([2, 2, 2, 1])

@@ -30,6 +30,7 @@ def pose_of(obj: xp.PhysicalObject, part: xp.Part) -> np.ndarray:
     return turn.to_pose(obj.position, obj.orientation) @ turn.to_pose(part.position, part.orientation)
 
 
+@pytest.mark.thesis("parts")
 def test_figure_2_3_the_car_is_one_object_of_seven_parts() -> None:
     obj = xp.PhysicalObject(car(), pose=np.eye(4))
     assert [part.shape.kind for part in obj.shape.parts] == ["box"] * 3 + ["capsule"] * 4
@@ -42,6 +43,7 @@ def test_figure_2_3_the_car_is_one_object_of_seven_parts() -> None:
         assert np.allclose(pose_of(obj, part), turn.to_pose(authored.position, authored.orientation), atol=1e-14)
 
 
+@pytest.mark.thesis("parts")
 @given(
     st.tuples(*[st.floats(-5, 5)] * 3),
     st.tuples(*[st.floats(-5, 5)] * 3),
@@ -69,6 +71,7 @@ def test_figure_2_4_parts_keep_their_poses_through_any_motion(
     assert corner == pytest.approx(np.linalg.norm(np.subtract((0, 0, 0.7), (-1.3, -0.8, 0.3))), rel=1e-12)
 
 
+@pytest.mark.thesis("parts")
 def test_a_group_falls_as_one_body_of_its_whole_mass() -> None:
     engine = xp.PhysicsEngine(up="z")
     gravity = engine.add_law("basic:planet_gravity", acceleration=9.8)

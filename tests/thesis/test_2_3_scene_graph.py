@@ -24,6 +24,7 @@ def balloon_and_car() -> trimesh.Scene:
     return scene
 
 
+@pytest.mark.thesis("scene-graph")
 def test_objects_take_the_hosts_geometry_and_drive_its_nodes_which_stay_what_they_are() -> None:
     scene = balloon_and_car()
     nodes, geometry = set(scene.graph.nodes), set(scene.geometry)
@@ -42,6 +43,7 @@ def test_objects_take_the_hosts_geometry_and_drive_its_nodes_which_stay_what_the
     assert len(engine.object("car").shape.parts) == 3
 
 
+@pytest.mark.thesis("scene-graph/decide")
 def test_decided_objects_under_a_moved_turned_and_scaled_parent_drive_their_node_in_the_world() -> None:
     """Decision 0015: equal scale goes into the geometry; unequal scale above a node is refused by name."""
     scene = trimesh.Scene()
@@ -59,6 +61,7 @@ def test_decided_objects_under_a_moved_turned_and_scaled_parent_drive_their_node
         Bridge.of(scene, ["box"])
 
 
+@pytest.mark.thesis("scene-graph/decide")
 def test_decided_geometry_added_to_or_removed_from_an_object_changes_mass_inertia_and_bounds() -> None:
     """Decision 0015."""
     scene = balloon_and_car()
@@ -73,6 +76,7 @@ def test_decided_geometry_added_to_or_removed_from_an_object_changes_mass_inerti
     assert car.pose == pytest.approx(np.array(scene.graph.get("car")[0])), "the node does not"
 
 
+@pytest.mark.thesis("scene-graph/decide")
 def test_decided_a_node_moved_by_the_host_is_taken_up_when_pulled() -> None:
     """Decision 0015."""
     scene = balloon_and_car()

@@ -13,6 +13,7 @@ from xpheve.errors import InvalidValueError
 from xpheve.scene import dumps, loads
 
 
+@pytest.mark.thesis("impulse-of-any-steps")
 @settings(deadline=None, max_examples=60)
 @given(
     spans=st.lists(st.floats(1e-4, 0.7), min_size=1, max_size=12),
@@ -36,6 +37,7 @@ def test_2_5_any_irregular_sequence_of_steps_gives_force_times_the_lesser_of_dur
         assert len(body.forces) == (duration > engine.time)
 
 
+@pytest.mark.thesis("force-ids/decide")
 def test_2_5_1_an_unknown_id_takes_nothing_away_and_says_so() -> None:
     """Decided: 0, not an error: who lets a key go twice has nothing to repair."""
     engine = xp.PhysicsEngine()
@@ -45,6 +47,7 @@ def test_2_5_1_an_unknown_id_takes_nothing_away_and_says_so() -> None:
     assert len(body.forces) == 1 and body.remove_force("push") == 1 and body.remove_force("push") == 0
 
 
+@pytest.mark.thesis("force-ids/decide")
 def test_2_5_1_ids_are_counted_by_engine_and_go_on_wherever_the_engine_goes() -> None:
     engines = [xp.PhysicsEngine(), xp.PhysicsEngine()]
     bodies = [engine.add_object(xp.PhysicalObject(name="a")) for engine in engines]
@@ -60,6 +63,7 @@ def test_2_5_1_ids_are_counted_by_engine_and_go_on_wherever_the_engine_goes() ->
         assert twin.new_force_id() == 11
 
 
+@pytest.mark.thesis("force-ids")
 def test_2_5_1_one_id_may_name_forces_on_several_objects() -> None:
     engine = xp.PhysicsEngine()
     first, second = engine.add_objects([xp.PhysicalObject(), xp.PhysicalObject()])
@@ -69,6 +73,7 @@ def test_2_5_1_one_id_may_name_forces_on_several_objects() -> None:
     assert first.remove_force(ident) == 1 and len(second.forces) == 1, "a force is taken from the object that is asked"
 
 
+@pytest.mark.thesis("many-forces")
 def test_2_5_a_force_has_a_vector_a_duration_and_an_id_and_bad_ones_are_refused() -> None:
     for wrong in ((math.nan, 0, 0), (1, 2), "up"):
         with pytest.raises(InvalidValueError, match=r"Force\.vector"):
@@ -79,3 +84,27 @@ def test_2_5_a_force_has_a_vector_a_duration_and_an_id_and_bad_ones_are_refused(
     engine = xp.PhysicsEngine()
     body = engine.add_object(xp.PhysicalObject())
     assert body.add_force((1, 0, 0), 0.0).duration == 0.0 and body.forces == (), "a force without duration does nothing"
+
+
+@pytest.mark.thesis("impulse-of-any-steps")
+@settings(deadline=None, max_examples=60)
+@given(
+    steps=st.lists(st.floats(1e-4, 0.5), min_size=1, max_size=12),
+    forces=st.lists(st.tuples(st.floats(-50, 50), st.floats(1e-4, 2.0)), min_size=1, max_size=5),
+)
+def test_2_5_any_sequence_of_steps_gives_force_times_the_lesser_of_duration_and_time(
+    steps: list[float], forces: list[tuple[float, float]]
+) -> None:
+    engine = xp.PhysicsEngine()
+    body = engine.add_object(xp.PhysicalObject(mass=2.0))
+    for force, duration in forces:
+        body.add_force((force, 0, 0), duration)
+    for step in steps:
+        engine.run(until=engine.time + step)
+    t = engine.time
+    impulse = sum(force * min(duration, t) for force, duration in forces)
+    way = sum(force * min(duration, t) * (t - min(duration, t) / 2) for force, duration in forces)
+    scale = sum(abs(force) for force, _ in forces) * (1 + t) ** 2
+    assert 2.0 * body.velocity[0] == pytest.approx(impulse, abs=1e-14 * scale)
+    assert 2.0 * body.position[0] == pytest.approx(way, abs=1e-14 * scale)
+    assert len(body.forces) == sum(duration > t for _, duration in forces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,7 @@ def frame(engine: xp.PhysicsEngine, system: System, now: float) -> Snapshot:
     return found
 
 
+@pytest.mark.thesis("real-time-updates", "real-time-updates/fix")
 def test_3_1_1_fig_3_1_updates_come_every_so_many_milliseconds() -> None:
     engine = xp.PhysicsEngine()
     engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
@@ -54,6 +56,7 @@ def test_3_1_1_fig_3_1_updates_come_every_so_many_milliseconds() -> None:
     assert 25 < rate < 60
 
 
+@pytest.mark.thesis("real-time-updates", "real-time-updates/fix")
 def test_3_1_1_fig_3_2_updates_come_every_so_many_frames_of_the_host() -> None:
     engine = xp.PhysicsEngine()
     engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
@@ -71,6 +74,7 @@ def test_3_1_1_fig_3_2_updates_come_every_so_many_frames_of_the_host() -> None:
     assert seen == [3.0, 6.0, 9.0]
 
 
+@pytest.mark.thesis("real-time-updates", "real-time-updates/fix")
 def test_3_1_1_one_object_does_not_use_a_whole_core() -> None:
     engine = xp.PhysicsEngine()
     gravity = engine.add_law("basic:planet_gravity")
@@ -84,6 +88,7 @@ def test_3_1_1_one_object_does_not_use_a_whole_core() -> None:
     assert used < 0.25
 
 
+@pytest.mark.thesis("states")
 def test_3_1_2_fig_3_4_each_command_acts_at_once() -> None:
     engine = xp.PhysicsEngine()
     ball = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
@@ -108,6 +113,7 @@ def test_3_1_2_fig_3_4_each_command_acts_at_once() -> None:
         engine.start()
 
 
+@pytest.mark.thesis("clock", "clock/formula", "clock/fix")
 def test_fig_3_5_system_17_start_10_paused_3_gives_4() -> None:
     system = System(10.0)
     clock = RealClock(source=system)
@@ -128,6 +134,7 @@ def test_fig_3_5_system_17_start_10_paused_3_gives_4() -> None:
     assert clock.time == shot.time == 4.0 and ball.position == (4, 0, 0) and ball.velocity == (1, 0, 0)
 
 
+@pytest.mark.thesis("clock")
 def test_fig_3_5_several_pauses_add_up() -> None:
     system = System(0.0)
     engine = xp.PhysicsEngine()
@@ -143,6 +150,7 @@ def test_fig_3_5_several_pauses_add_up() -> None:
     assert shot.time == 1.5 and ball.position == (1.5, 0, 0)
 
 
+@pytest.mark.thesis("force-over-a-pause")
 def test_3_1_2_half_a_second_of_a_force_is_left_after_an_hours_pause() -> None:
     system = System(100.0)
     engine = xp.PhysicsEngine()
@@ -162,6 +170,7 @@ def test_3_1_2_half_a_second_of_a_force_is_left_after_an_hours_pause() -> None:
     assert shot.time == 12.5 and ball.velocity == (2, 0, 0) and ball.forces == ()
 
 
+@pytest.mark.thesis("suspended-is-deaf")
 def test_3_1_3_fig_3_8_3_9_a_suspended_engine_monitors_nothing_but_its_commands() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(Count(), container=xp.LawContainer(xp.when.Elapsed(0.01, every=True)))
@@ -181,6 +190,7 @@ def test_3_1_3_fig_3_8_3_9_a_suspended_engine_monitors_nothing_but_its_commands(
     assert law.evaluations > fired and posted.evaluations == 1
 
 
+@pytest.mark.thesis("resume-is-no-start")
 def test_3_1_3_fig_4_8_ten_pauses_leave_the_acceleration_at_9_8() -> None:
     system = System(0.0)
     engine = xp.PhysicsEngine()
@@ -198,6 +208,7 @@ def test_3_1_3_fig_4_8_ten_pauses_leave_the_acceleration_at_9_8() -> None:
     assert ball.velocity[1] == pytest.approx(-9.8 * 1.25, rel=1e-14)
 
 
+@pytest.mark.thesis("balloon-and-car", "balloon-and-car/decide")
 def test_fig_3_25_5_1_the_balloon_and_car_program_ends_in_start(capsys: pytest.CaptureFixture[str]) -> None:
     """The program as printed, in seven steps, mended so that it runs."""
     # 1: import the engine. 2: make one.
@@ -223,6 +234,7 @@ def test_fig_3_25_5_1_the_balloon_and_car_program_ends_in_start(capsys: pytest.C
     assert first.checkpoint() == engine.checkpoint()
 
 
+@pytest.mark.thesis("balloon-and-car")
 def test_fig_5_1_the_example_ends_in_start_when_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -237,6 +249,7 @@ def test_fig_5_1_the_example_ends_in_start_when_asked(
     assert "in real time: the same bits" in shown and "largest error against the closed form" in shown
 
 
+@pytest.mark.thesis("stop-time")
 def test_fig_5_7_the_stop_time_is_hit_exactly_in_real_time_and_reset_sets_zero() -> None:
     engine = xp.PhysicsEngine()
     ball = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0), position=(2, 0, 0)))
@@ -244,3 +257,100 @@ def test_fig_5_7_the_stop_time_is_hit_exactly_in_real_time_and_reset_sets_zero()
     assert engine.wait(timeout=10) and engine.time == 1 / 3 and engine.state == "suspended"
     engine.reset()
     assert engine.time == 0.0 and ball.position == (2, 0, 0) and engine.state == "ready"
+
+
+@pytest.mark.thesis("clock/fix")
+def test_3_1_2_the_printed_clock_forgets_the_pause_that_runs_and_the_clock_of_the_wall_goes_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As printed: t = system - start - paused, where ``paused`` grows when a pause ends."""
+    system = System(10.0)
+    engine = xp.PhysicsEngine()
+    engine.start(frames=1, source=system)
+    frame(engine, system, 12.0)
+    engine.suspend()
+    system.now = 14.0
+    printed = system.now - 10.0 - 0.0
+    assert printed == 4.0 and engine.time == 2.0
+    engine.terminate()
+    monkeypatch.setattr(time, "time", lambda: -1e9)  # somebody sets the clock of the wall
+    engine = xp.PhysicsEngine()
+    engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
+    engine.start()
+    assert engine.wait(until=0.05, timeout=10) and engine.time >= 0.05
+    engine.terminate()
+
+
+@pytest.mark.thesis("one-time-line/decide")
+def test_2_8_calls_of_other_threads_act_at_the_next_frame_and_reads_are_of_one_instant() -> None:
+    """Decision 13; what the threads did is replayed to the same bits."""
+    engine = xp.PhysicsEngine(up="z")
+    gravity = engine.add_law("basic:planet_gravity", acceleration=10.0, name="gravity")
+    ball = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0), name="ball"), laws=[gravity])
+    gone = engine.add_object(xp.PhysicalObject(name="gone"))
+    first, system = engine.copy(), System(0.0)
+    engine.start(frames=1, source=system)
+    frame(engine, system, 1.0)
+    wrong: list[Any] = []
+
+    def host(k: int) -> None:
+        try:
+            ball.add_force((0, 1.0, 0), 0.5)
+            if k == 0:
+                engine.law("gravity").enabled = False
+                engine.remove_object(gone)
+            for _ in range(200):
+                shot = engine.snapshot
+                row = shot.rows[ball]
+                assert shot.position[row, 0] == shot.time
+        except BaseException as problem:
+            wrong.append(problem)
+
+    threads = [threading.Thread(target=host, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert wrong == [] and ball.velocity == (1, 0, -10), "nothing acts before the next frame"
+    frame(engine, system, 2.0)
+    frame(engine, system, 3.0)
+    engine.terminate()
+    assert ball.velocity[1] == 2.0 and gone.engine is None and not engine.law("gravity").enabled
+    first.replay(engine.inputs)
+    assert first.checkpoint() == engine.checkpoint()
+
+
+MOVES = {
+    # state: what start, suspend, resume and terminate lead to; "" where they are refused
+    "ready": ("running", "suspended", "", "terminated"),
+    "started": ("", "suspended", "", "terminated"),
+    "suspended": ("", "", "running", "terminated"),
+    "terminated": ("", "", "", "terminated"),
+}
+
+
+@pytest.mark.thesis("states", "states/decide")
+@pytest.mark.parametrize("state", MOVES)
+@pytest.mark.parametrize("command", ["start", "suspend", "resume", "terminate"])
+def test_3_1_2_fig_3_4_every_move_is_made_or_refused_with_the_way_out(state: str, command: str) -> None:
+    """Decisions 8 and 12. Among them: resume before start, start twice, terminate while suspended, start after terminate."""
+    engine = xp.PhysicsEngine()
+    engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
+    if state != "ready":
+        engine.start(frames=1, source=System(0.0))
+    if state == "suspended":
+        engine.suspend()
+    if state == "terminated":
+        engine.terminate()
+    after = MOVES[state][("start", "suspend", "resume", "terminate").index(command)]
+    if after:
+        getattr(engine, command)()
+        assert engine.state == after
+    else:
+        before = engine.state
+        with pytest.raises(StateError, match=rf"{command}: the engine .*: \w+"):
+            getattr(engine, command)()
+        assert engine.state == before
+    engine.terminate()
+    engine.reset()
+    assert engine.state == "ready" and engine.time == 0.0

@@ -25,6 +25,7 @@ class Car(xp.PhysicalObject):
         return f"{self.driver} honks"
 
 
+@pytest.mark.thesis("subclasses/decide")
 def test_fig_3_22_an_overridden_update_is_refused_where_it_is_written() -> None:
     with pytest.raises(LawDefinitionError, match=r"Glass defines update.*FieldLaw.*condition"):
 
@@ -35,6 +36,7 @@ def test_fig_3_22_an_overridden_update_is_refused_where_it_is_written() -> None:
                 """Never called."""
 
 
+@pytest.mark.thesis("subclasses")
 def test_fig_3_23_attributes_and_methods_of_a_subclass_work_in_an_engine() -> None:
     engine = xp.PhysicsEngine(up="z")
     car = engine.add_object(Car("Ann", 5.0), laws=[engine.add_law("basic:planet_gravity")])
@@ -44,6 +46,7 @@ def test_fig_3_23_attributes_and_methods_of_a_subclass_work_in_an_engine() -> No
     assert car.power == 6.0 and engine.objects[0] is car
 
 
+@pytest.mark.thesis("subclasses")
 def test_3_3_copies_and_pickles_keep_class_attributes_and_state() -> None:
     engine = xp.PhysicsEngine()
     car = engine.add_object(Car("Ann", 5.0))
@@ -54,6 +57,7 @@ def test_3_3_copies_and_pickles_keep_class_attributes_and_state() -> None:
     assert copy.copy(car).stops is car.stops and copy.deepcopy(car).stops is not car.stops
 
 
+@pytest.mark.thesis("subclasses")
 def test_3_3_copied_and_restored_engines_keep_them_too() -> None:
     engine = xp.PhysicsEngine()
     engine.add_object(Car("Ann", 5.0))
@@ -67,6 +71,7 @@ def test_3_3_copied_and_restored_engines_keep_them_too() -> None:
         xp.PhysicsEngine.restore(engine.checkpoint())
 
 
+@pytest.mark.thesis("subclasses")
 def test_3_3_a_checkpoint_refuses_what_it_cannot_keep_and_a_scene_file_says_what_it_leaves_out() -> None:
     engine = xp.PhysicsEngine()
     car = engine.add_object(Car("Ann", 5.0))
@@ -77,6 +82,7 @@ def test_3_3_a_checkpoint_refuses_what_it_cannot_keep_and_a_scene_file_says_what
         xp.scene.dumps(engine)
 
 
+@pytest.mark.thesis("subclasses")
 def test_3_3_reset_leaves_the_hosts_own_attributes_alone() -> None:
     engine = xp.PhysicsEngine()
     car = engine.add_object(Car("Ann", 5.0))

@@ -113,6 +113,7 @@ def test_4_2_2_two_gravity_laws_have_ids_of_their_own(engine: xp.PhysicsEngine) 
     assert gravity_on(body) == [(0, -9.8, 0)]
 
 
+@pytest.mark.thesis("other-gravities")
 @pytest.mark.parametrize("world", ["Earth", "Moon", "Mars", "Jupiter"])
 def test_4_2_other_planets_are_the_same_law_with_their_acceleration(world: str) -> None:
     engine = xp.PhysicsEngine()
@@ -122,6 +123,7 @@ def test_4_2_other_planets_are_the_same_law_with_their_acceleration(world: str) 
     assert body.position[1] == pytest.approx(10 - 0.5 * SURFACE_GRAVITY[world], rel=1e-15)
 
 
+@pytest.mark.thesis("other-gravities")
 def test_4_2_universal_gravity_near_the_ground_is_planet_gravity() -> None:
     mass, radius = 5.9722e24, 6.371e6
     engine = xp.PhysicsEngine()
@@ -134,6 +136,7 @@ def test_4_2_universal_gravity_near_the_ground_is_planet_gravity() -> None:
     assert g == pytest.approx(SURFACE_GRAVITY["Earth"], rel=3e-3)
 
 
+@pytest.mark.thesis("other-gravities", "other-gravities/black-hole")
 def test_4_2_a_black_hole_pulls_harder_than_newton_and_lets_nothing_back() -> None:
     accelerations = []
     for law, given in (
@@ -153,3 +156,13 @@ def test_4_2_a_black_hole_pulls_harder_than_newton_and_lets_nothing_back() -> No
     assert accelerations[1] == pytest.approx(1 / 0.4**2, rel=1e-6)  # r_s = 0.1 m
     with pytest.raises(xp.errors.LawFailedError, match="Schwarzschild radius"):
         engine.run(until=10.0, dt=1e-3)
+
+
+@pytest.mark.thesis("other-gravities")
+def test_4_2_universal_gravity_holds_a_moon_on_its_circle() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
+    engine.add_object(xp.PhysicalObject(mass=1.0, fixed=True), laws=[law])
+    moon = engine.add_object(xp.PhysicalObject(mass=1e-3, position=(1, 0, 0), velocity=(0, 1, 0)), laws=[law])
+    engine.run(until=6.283185307179586, dt=1e-2)
+    assert moon.position == pytest.approx((1, 0, 0), abs=1e-3)

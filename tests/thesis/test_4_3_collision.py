@@ -186,6 +186,7 @@ class Hear(xp.PhysicalLaw):
         self.heard += event.contacts
 
 
+@pytest.mark.thesis("five-balls")
 def test_4_3_1_fig_4_12_of_five_balls_each_touching_pair_is_reported_once_with_normal_and_point() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(Hear())
@@ -199,6 +200,7 @@ def test_4_3_1_fig_4_12_of_five_balls_each_touching_pair_is_reported_once_with_n
     assert sorted(c.point[0] for c in law.heard) == pytest.approx([2.5, 3.5, 4.5, 5.5])
 
 
+@pytest.mark.thesis("points-or-bodies", "points-or-bodies/decide")
 def test_4_3_2_a_body_that_is_hit_off_its_centre_answers_as_a_point_or_with_its_inertia() -> None:
     for law, spin in (
         ("collision:point", 0.0),
@@ -222,12 +224,20 @@ def pair(container: xp.LawContainer, shape: xp.Shape, gap: float, **second: obje
     return engine, law
 
 
+@pytest.mark.thesis("bounding-box")
 def test_4_3_3_fig_4_20_bounding_boxes_may_be_early_and_the_exact_container_waits_until_they_touch() -> None:
     corner = {"position": (0.9, 0.9, 0)}
     assert len(pair(BoundingBoxes(), xp.Sphere(0.5), 0.0, **corner)[1].heard) == 1
-    assert len(pair(xp.LawContainer(xp.when.Impact()), xp.Sphere(0.5), 0.0, **corner)[1].heard) == 0
+    engine, exact = pair(xp.LawContainer(xp.when.Impact()), xp.Sphere(0.5), 0.0, **corner)
+    assert len(exact.heard) == 0
+    touch = (0.9 - math.sqrt(1 - 0.9**2)) / 6  # [s]: where the centres are 1 m apart
+    engine.run(until=touch - 1e-9)
+    assert len(exact.heard) == 0
+    engine.run(until=touch + 1e-9)
+    assert len(exact.heard) == 1
 
 
+@pytest.mark.thesis("pick-distance")
 @pytest.mark.parametrize(("gap", "factor", "found"), [(0.19, 2.0, 1), (0.21, 2.0, 0), (0.31, 3.0, 0), (0.29, 3.0, 1)])
 def test_4_3_3_fig_4_21_and_4_22_what_lies_ahead_within_tau_is_found(gap: float, factor: float, found: int) -> None:
     _, law = pair(Picking(factor=factor), xp.Sphere(0.5), gap)
@@ -238,11 +248,13 @@ def test_4_3_3_fig_4_21_and_4_22_what_lies_ahead_within_tau_is_found(gap: float,
         )
 
 
+@pytest.mark.thesis("pick-overlap")
 def test_4_3_3_fig_4_23_overlap_is_found_through_the_range_below_zero() -> None:
     assert len(pair(Picking(), xp.Box((1, 1, 1)), -0.19)[1].heard) == 1
     assert len(pair(Picking(), xp.Box((1, 1, 1)), -0.21)[1].heard) == 0
 
 
+@pytest.mark.thesis("pick-misses")
 def test_4_3_3_the_pick_from_the_centre_misses_glancing_hits_and_has_no_direction_at_rest() -> None:
     assert (
         len(pair(Picking(), xp.Sphere(0.5), 0.0, position=(0.6, 0.75, 0))[1].heard) == 0
@@ -250,6 +262,7 @@ def test_4_3_3_the_pick_from_the_centre_misses_glancing_hits_and_has_no_directio
     assert len(pair(Picking(), xp.Sphere(0.5), -0.05, velocity=(6, 0, 0))[1].heard) == 0
 
 
+@pytest.mark.thesis("third-body")
 @pytest.mark.parametrize("kind", [BoundingBoxes, Picking])
 def test_4_3_3_a_third_body_that_touches_a_pair_is_reported_too(kind: type[xp.LawContainer]) -> None:
     engine = xp.PhysicsEngine()
@@ -260,6 +273,7 @@ def test_4_3_3_a_third_body_that_touches_a_pair_is_reported_too(kind: type[xp.La
     assert len(law.heard) == 2
 
 
+@pytest.mark.thesis("live-collision-law")
 def test_4_3_3_fig_4_19_a_live_bounding_box_container_watches_what_is_added_and_not_what_is_removed() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law("collision:stop", container="collision:bounding_box")
@@ -277,6 +291,7 @@ def test_4_3_3_fig_4_19_a_live_bounding_box_container_watches_what_is_added_and_
     assert balls[0].velocity == (0, 0, 0) and balls[1].velocity == (1, 0, 0)
 
 
+@pytest.mark.thesis("one-detection-many-laws")
 def test_3_2_2_3_fig_3_11_a_hundred_detections_and_three_enforcements_for_each_event() -> None:
     engine = xp.PhysicsEngine()
     container = BoundingBoxes(period=0.01)
@@ -288,12 +303,14 @@ def test_3_2_2_3_fig_3_11_a_hundred_detections_and_three_enforcements_for_each_e
     assert [law.evaluations for law in laws] == [50, 50, 50]
 
 
+@pytest.mark.thesis("container-refuses")
 @pytest.mark.parametrize("container", ["collision:bounding_box", "collision:picking", "collision:exact"])
 def test_fig_3_16_and_3_17_a_collision_container_refuses_a_law_of_another_role(container: str) -> None:
     with pytest.raises(NotAcceptedError, match=rf"{container} accepts.*role 'collision'.*gravity"):
         xp.PhysicsEngine().add_law("basic:planet_gravity", container=container)
 
 
+@pytest.mark.thesis("cheap-responses")
 @pytest.mark.parametrize("law", ["collision:reverse", "collision:stop"])
 def test_2_6_the_cheapest_responses(law: str) -> None:
     engine = xp.PhysicsEngine()
@@ -304,6 +321,7 @@ def test_2_6_the_cheapest_responses(law: str) -> None:
     assert engine.objects[0].velocity == ((-1, 0, 0) if law == "collision:reverse" else (0, 0, 0))
 
 
+@pytest.mark.thesis("pushed-car")
 def test_fig_3_13_a_car_that_is_a_box_neither_passes_the_wall_nor_gains_energy() -> None:
     engine = xp.PhysicsEngine()
     bounce = engine.add_law("collision:elastic", restitution=0.5, resting="hold")
@@ -313,3 +331,40 @@ def test_fig_3_13_a_car_that_is_a_box_neither_passes_the_wall_nor_gains_energy()
     record = engine.run(until=30.0, every=0.05)
     assert record[car].position[:, 0].max() <= 3.0 + 1e-9
     assert car.velocity == (0, 0, 0) and engine.energy().kinetic == 0.0
+
+
+@pytest.mark.thesis("five-balls")
+def test_4_3_1_fig_4_12_five_balls_each_touching_pair_once_with_normal_and_point() -> None:
+    heard: list[xp.Contact] = []
+    hear = type("Hear", (xp.PhysicalLaw,), {"enforce_this_law": lambda self, event: heard.extend(event.contacts)})
+    engine = xp.PhysicsEngine()
+    laws = [engine.add_law(hear(), container=xp.LawContainer(xp.when.Impact())), engine.add_law("collision:elastic")]
+    middle = engine.add_object(xp.PhysicalObject(xp.Sphere(0.5)), laws=laws)
+    ways = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, -1)]
+    others = [
+        engine.add_object(
+            xp.PhysicalObject(xp.Sphere(0.5), position=[3 * c for c in way], velocity=[-c for c in way]), laws=laws
+        )
+        for way in ways
+    ]
+    engine.run(until=2.5)
+    assert sorted(id(one.body_a if one.body_b is middle else one.body_b) for one in heard) == sorted(map(id, others))
+    for one in heard:
+        other, sign = (one.body_b, 1.0) if one.body_a is middle else (one.body_a, -1.0)
+        way = ways[others.index(other)]
+        assert [sign * c for c in one.normal] == pytest.approx(way, abs=1e-15)
+        assert one.point == pytest.approx([0.5 * c for c in way], abs=1e-12)
+
+
+@pytest.mark.thesis("points-or-bodies")
+def test_4_3_2_spheres_that_meet_centrally_answer_alike_as_points_and_as_bodies() -> None:
+    ends = []
+    for law in ("collision:point", "collision:elastic"):
+        engine = xp.PhysicsEngine()
+        made = engine.add_law(law)
+        for x, v, mass in ((0.0, 3.0, 2.0), (2.0, -1.0, 1.3)):
+            ball = xp.PhysicalObject(xp.Sphere(0.5), mass=mass, position=(x, 0, 0), velocity=(v, 0.1, 0))
+            engine.add_object(ball, laws=[made])
+        engine.run(until=1.0)
+        ends.append([(ball.velocity, ball.angular_velocity) for ball in engine.objects])
+    assert ends[0] == ends[1]

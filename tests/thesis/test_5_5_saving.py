@@ -59,6 +59,7 @@ def edited() -> xp.PhysicsEngine:
     return engine
 
 
+@pytest.mark.thesis("edited-scene")
 @pytest.mark.parametrize("form", ["toml", "json"])
 def test_fig_5_5_a_scene_edited_live_comes_back_to_the_same_bits(form: str, tmp_path: Path) -> None:
     engine = edited()
@@ -71,6 +72,7 @@ def test_fig_5_5_a_scene_edited_live_comes_back_to_the_same_bits(form: str, tmp_
     assert bits(xp.PhysicsEngine.load_scene(again)) == bits(engine)
 
 
+@pytest.mark.thesis("edited-scene")
 def test_fig_5_5_it_goes_on_as_the_original_does() -> None:
     """Time begins at 0 again, so instants are other floats: what is equal is the motion, to rounding."""
     engine = edited()
@@ -82,6 +84,7 @@ def test_fig_5_5_it_goes_on_as_the_original_does() -> None:
         assert name == other and x == pytest.approx(y, abs=1e-12) and v == pytest.approx(w, abs=1e-12)
 
 
+@pytest.mark.thesis("edited-scene")
 def test_fig_5_5_saved_before_it_runs_it_runs_to_the_same_bits() -> None:
     engine = xp.PhysicsEngine(up="z")
     gravity = engine.add_law("basic:planet_gravity", name="g")
@@ -101,6 +104,7 @@ def test_fig_5_5_saved_before_it_runs_it_runs_to_the_same_bits() -> None:
         assert bits(twin) == bits(original)
 
 
+@pytest.mark.thesis("edited-scene")
 def test_fig_5_5_ids_go_on_after_loading_and_after_restoring_and_none_is_given_twice() -> None:
     engine = xp.PhysicsEngine()
     obj = engine.add_object(xp.PhysicalObject(name="a"))
@@ -110,6 +114,7 @@ def test_fig_5_5_ids_go_on_after_loading_and_after_restoring_and_none_is_given_t
     assert [twin.object("a").add_force((1, 0, 0)).id for twin in twins] == [5, 5, 5, 5]
 
 
+@pytest.mark.thesis("stop-time/decide")
 def test_fig_5_7_reset_gives_back_the_full_time_of_forces_and_all_that_was_edited() -> None:
     engine = xp.PhysicsEngine(up="z")
     gravity = engine.add_law("basic:planet_gravity", name="g", acceleration=10.0)

@@ -39,6 +39,7 @@ def scene(*kinds: type[xp.PhysicalLaw], apart: bool = False) -> tuple[xp.Physics
     return engine, engine.add_object(xp.PhysicalObject(charge=0.0), laws=laws)
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_before_and_after_put_laws_in_order_and_explain_says_so() -> None:
     engine, obj = scene(
         setter("Alpha", 1.0, after=("Beta",)), setter("Beta", 2.0), setter("Gamma", 3.0, before=("Beta",))
@@ -50,6 +51,7 @@ def test_6_before_and_after_put_laws_in_order_and_explain_says_so() -> None:
     assert obj.velocity == (1, 0, 0), "no warning: there is an order"
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_priority_then_id_then_rank_order_the_others() -> None:
     engine, obj = scene(
         setter("Alpha", 1.0), setter("Beta", 2.0, "position", priority=5), setter("Gamma", 3.0, "angular_velocity")
@@ -61,6 +63,7 @@ def test_6_priority_then_id_then_rank_order_the_others() -> None:
     assert obj.velocity == (1, 0, 0)
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_an_order_that_goes_round_is_an_error_that_names_the_ring() -> None:
     engine, _ = scene(
         setter("Alpha", 1.0, after=("Beta",)),
@@ -73,6 +76,7 @@ def test_6_an_order_that_goes_round_is_an_error_that_names_the_ring() -> None:
     assert "ring" in str(engine.explain())
 
 
+@pytest.mark.thesis("order-of-laws")
 @pytest.mark.parametrize("what", ["velocity", "position", "angular_velocity", "charge"])
 def test_6_two_laws_that_set_the_same_with_no_order_between_them_are_reported_once(what: str) -> None:
     engine, obj = scene(setter("Alpha", 1.0, what), setter("Beta", 2.0, what))
@@ -86,12 +90,14 @@ def test_6_two_laws_that_set_the_same_with_no_order_between_them_are_reported_on
     assert engine.explain().data["conflicts"] == [str(one.message)]
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_laws_in_different_containers_have_no_order_and_are_told_to_share_one() -> None:
     engine, _ = scene(setter("Alpha", 1.0, priority=3), setter("Beta", 2.0), apart=True)
     with pytest.warns(OrderWarning, match="put both into one container"):
         engine.run(until=1.0)
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_what_is_no_conflict_is_not_reported() -> None:
     for kinds in (
         (setter("Alpha", 1.0), setter("Beta", 1.0)),  # the same value
@@ -105,6 +111,7 @@ def test_6_what_is_no_conflict_is_not_reported() -> None:
         assert engine.explain().data["conflicts"] == []
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_a_host_that_makes_the_report_an_error_stands_before_the_event() -> None:
     engine, obj = scene(setter("Alpha", 1.0), setter("Beta", 2.0))
     with warnings.catch_warnings():
@@ -118,6 +125,7 @@ def test_6_a_host_that_makes_the_report_an_error_stands_before_the_event() -> No
     assert obj.velocity == (2, 0, 0)
 
 
+@pytest.mark.thesis("order-of-laws")
 def test_6_two_exclusive_laws_on_one_object_are_an_error_that_names_both_and_the_ways_out() -> None:
     engine = xp.PhysicsEngine()
     soft = engine.add_law("collision:elastic", name="soft", restitution=0.1)

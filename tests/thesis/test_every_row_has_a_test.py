@@ -1,4 +1,4 @@
-"""Every row of the thesis is held by a test that names it, and every mark names a row.
+"""Every row of the thesis is held by a test that names it, without exception, and every mark names a row.
 
 The rows stand in ``rows.toml``; a test names them by ``@pytest.mark.thesis("row", "row/claim")``. Marks are read from the
 text of the tests, so that it does not matter which of them run.
@@ -14,43 +14,6 @@ from types import ModuleType
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-
-PENDING: dict[str, str] = {
-    "pose/forms": "orientations in other forms than quaternions",
-    "pose/decide": "matrices",
-    "parts": "objects of many parts",
-    "scene-graph": "the bridge to a scene graph",
-    "scene-graph/decide": "the bridge to a scene graph",
-    "subclasses": "kinds of objects of one's own",
-    "subclasses/decide": "kinds of objects of one's own",
-    "driven": "driven objects",
-    "driven/decide": "driven objects",
-    "one-time-line/decide": "calls from other threads",
-    "real-time-updates": "the real clock",
-    "real-time-updates/fix": "the real clock",
-    "keeping-up": "the real clock",
-    "keeping-up/decide": "the real clock",
-    "states/decide": "start and terminate on the real clock",
-    "clock/formula": "the real clock",
-    "clock/fix": "the real clock",
-    "balloon-and-car/decide": "start on the real clock",
-    "conditions": "the rest of the 14 conditions",
-    "every-n-frames/decide": "frames of a host",
-    "transform-changed": "poses that are set",
-    "transform-changed/decide": "poses that are set",
-    "entry-while-touching/decide": "the rest of the 14 conditions",
-    "activation": "observers and regions",
-    "other-gravities/black-hole": "the law of a black hole",
-    "points-or-bodies": "responses with inertia",
-    "points-or-bodies/decide": "responses with inertia",
-    "bounding-box": "the container of bounding boxes",
-    "pick-distance": "the container that picks",
-    "pick-overlap": "the container that picks",
-    "pick-misses": "the container that picks",
-    "cheap-responses": "the laws that reverse and stop",
-    "formats": "meshes from files",
-}
-"""What waits for a part of the engine that is not there yet, and for which. A row with a test must not stand here."""
 
 
 def load_maker() -> ModuleType:
@@ -81,18 +44,15 @@ def test_rows_are_written_as_they_should_be() -> None:
 
 @each_row
 def test_a_row_has_a_test_for_itself_and_for_each_claim(row: object) -> None:
-    missing = [name for name in row.must_be_tested() if name not in MARKS and name not in PENDING]  # type: ignore[attr-defined]
+    missing = [name for name in row.must_be_tested() if name not in MARKS]  # type: ignore[attr-defined]
     assert not missing, f"no test is marked @pytest.mark.thesis({', '.join(map(repr, missing))})"
 
 
 @each_row
 def test_a_row_that_was_open_names_its_decision(row: object) -> None:
-    if "decide" not in row.note:  # type: ignore[attr-defined]
-        return
-    assert row.decision, "a row noted decide has a field decision"  # type: ignore[attr-defined]
-    if f"{row.id}/decide" not in PENDING:  # type: ignore[attr-defined]
-        for number in row.decision:  # type: ignore[attr-defined]
-            assert len(maker.decision(number)) == 1, f"docs/decisions/{number}-*.md"
+    assert row.decision or "decide" not in row.note, "a row noted decide has a field decision"  # type: ignore[attr-defined]
+    for number in row.decision:  # type: ignore[attr-defined]
+        assert len(maker.decision(number)) == 1, f"docs/decisions/{number}-*.md"
 
 
 @each_row
@@ -104,12 +64,6 @@ def test_a_row_that_is_better_is_in_the_page_of_what_is_better(row: object) -> N
 def test_every_mark_names_a_row_or_a_claim() -> None:
     known = {name for row in ROWS for name in row.must_be_tested()}
     assert {name: places for name, places in MARKS.items() if name not in known} == {}
-
-
-def test_what_is_pending_is_a_row_and_has_no_test_yet() -> None:
-    known = {name for row in ROWS for name in row.must_be_tested()}
-    assert set(PENDING) <= known
-    assert sorted(set(PENDING) & set(MARKS)) == [], "these have a test now: take them off PENDING"
 
 
 def test_the_page_of_the_thesis_is_fresh() -> None:

@@ -52,9 +52,11 @@ class Bodies:
         self.version = np.zeros(capacity, dtype=np.int64)
         self.batch = np.full(capacity, -1, dtype=np.int64)
         self.local = np.zeros(capacity, dtype=np.int64)
+        self.volume: Array = np.full(capacity, np.nan)
+        """Volume [m^3] of the shape, by whoever asked for it first; NaN until then, and after a new shape."""
 
     def _plain(self) -> list[NDArray[Any]]:
-        return [self.clock, self.fixed, self.driven, self.serial, self.version, self.batch, self.local]
+        return [self.clock, self.fixed, self.driven, self.serial, self.version, self.batch, self.local, self.volume]
 
     def reserve(self, rows: int) -> None:
         """Make room for ``rows`` more."""
@@ -86,6 +88,7 @@ class Bodies:
         self.clock[0, where], self.clock[1, where] = clock
         self.version[where] += 1
         self.batch[where] = -1
+        self.volume[where] = np.nan
         for name, default in self.defaults.items():
             self.columns[name][where] = default
         self.objects.extend(objects)

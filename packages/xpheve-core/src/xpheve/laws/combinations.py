@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from xpheve.errors import InvalidValueError
-from xpheve.laws.conditions import Condition
+from xpheve.laws.conditions.base import Condition
 
 
 @dataclass(frozen=True, init=False)

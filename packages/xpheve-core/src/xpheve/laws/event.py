@@ -40,7 +40,7 @@ class Event:
 
     ``time`` [s] is the simulation time at which states are read; ``objects`` are those concerned, in rank order;
     ``contacts`` belong to contact conditions, ``data`` and ``source`` to a post or an input, ``source`` to an observer or probe, ``force``
-    to an expired force.
+    to an expired force; ``parts`` holds, for a combination, each condition that fired with its own event, and is empty else.
     """
 
     time: float

@@ -322,6 +322,17 @@ class Velocities:
     """Velocities [m/s], world frame, that ``body_a`` and ``body_b`` of a contact have afterwards: a response that takes the pair over.
 
     What is fixed, or driven by the host, keeps its own. Neither momentum nor energy need be kept; the work is booked.
+
+    Parameters
+    ----------
+    a, b
+        Velocity of ``body_a`` and of ``body_b``, shape (3,).
+
+    Raises
+    ------
+    InvalidValueError
+        If one is not three finite numbers.
+
     """
 
     __slots__ = ("a", "b")

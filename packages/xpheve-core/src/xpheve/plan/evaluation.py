@@ -50,7 +50,7 @@ class Evaluator:
             if name in bodies.columns:
                 return bodies.columns[name][rows]
             if name == "volume":
-                return np.array([_volume_of(bodies.objects[row]) for row in rows.tolist()])
+                return self._volumes(rows)
             if name == "since":
                 return np.array([self.since(law, bodies.objects[row]) for row in rows.tolist()])
             from xpheve.plugins.suggest import did_you_mean
@@ -63,6 +63,14 @@ class Evaluator:
             )
 
         return BodyView(fetch, reads, len(rows))
+
+    def _volumes(self, rows: Rows) -> Array:
+        """Volumes [m^3] of the shapes, asked for once a row and shape."""
+        known = self.bodies.volume
+        for row in rows[np.isnan(known[rows])].tolist():
+            known[row] = _volume_of(self.bodies.objects[row])
+        found: Array = known[rows]
+        return found
 
     def since(self, law: PhysicalLaw, obj: PhysicalObject) -> float:
         """When [s] ``obj`` came under ``law``, or ``law`` was enabled."""

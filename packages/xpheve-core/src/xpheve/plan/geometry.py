@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from xpheve.errors import InvalidValueError
@@ -39,13 +40,19 @@ def set_shape(world: World, obj: PhysicalObject, shape: Shape | None) -> None:
     held = obj._shape
     with world.instant() as transaction:
         transaction.touch(obj)
-        transaction.undo.append(lambda: setattr(obj, "_shape", held))
-        obj._shape = shape
+        transaction.undo.append(lambda: _put(world, obj, held))
+        _put(world, obj, shape)
         transaction.write(obj, "mass", mass)
         transaction.write(obj, "inertia", inertia)
         # Forced: the version of the flight moves on, so that no contact foreseen for the old shape happens.
         transaction.forced.add(obj)
         transaction.refresh.add(obj)
         if obj not in world.unplanned:
-            for name in ("mass", "inertia"):
+            for name in ("mass", "inertia", "volume"):
                 restore_constant_forces(world, obj, name)
+
+
+def _put(world: World, obj: PhysicalObject, shape: Shape | None) -> None:
+    """Let ``obj`` have ``shape``; its volume is to be asked for anew."""
+    obj._shape = shape
+    world.bodies.volume[obj._row] = math.nan

@@ -49,12 +49,15 @@ class Saved:
         shapes: Sequence[Shape | None],
         functions: Sequence[Callable[..., Any]] = (),
         points: Sequence[Probe] = (),
+        gone: Sequence[PhysicalObject] = (),
     ) -> None:
         self.header, self.arrays = header, arrays
         self.shapes = shapes
         """Of the objects, as they were then."""
         self.objects, self.laws, self.containers = objects, laws, containers
         self.functions, self.points = functions, points
+        self.gone = gone
+        """Objects that left the engine, of which events and conditions still speak."""
 
     def check_functions(self) -> None:
         """Raise `RecordError` if the functions of conditions cannot be told apart by their names in a checkpoint."""
@@ -67,10 +70,12 @@ class Saved:
 
     def portable(self, authored: Saved | None = None) -> tuple[Header, Arrays]:
         """Without live handles, and with the state that `reset` goes back to; raises `RecordError` if something cannot be written."""
-        header, arrays = dict(self.header), dict(self.arrays)
+        table = _Shapes()
+        header, arrays = table.describe(self), dict(self.arrays)
         if authored is not None:
-            header["authored"] = authored.header
+            header["authored"] = table.describe(authored)
             arrays |= {f"authored.{name}": array for name, array in authored.arrays.items()}
+        header["shapes"] = table.described
         try:
             json.dumps(header)
         except (TypeError, ValueError) as error:
@@ -80,6 +85,31 @@ class Saved:
         return header, arrays
 
 
+class _Shapes:
+    """The shapes of a checkpoint: one that many objects share is described once, and shared again by what is made of it."""
+
+    def __init__(self) -> None:
+        self.described: list[Header] = []
+        self._places: dict[int, int] = {}
+
+    def describe(self, saved: Saved) -> Header:
+        """The header of ``saved``, in which objects name their shapes by place."""
+        return saved.header | {
+            name: [
+                entry | {"shape": self._place(shape)} for entry, shape in zip(saved.header[name], shapes, strict=True)
+            ]
+            for name, shapes in (("objects", saved.shapes), ("gone", [obj._shape for obj in saved.gone]))
+        }
+
+    def _place(self, shape: Shape | None) -> int | None:
+        if shape is None:
+            return None
+        if id(shape) not in self._places:
+            self._places[id(shape)] = len(self.described)
+            self.described.append(shape.describe())
+        return self._places[id(shape)]
+
+
 def save(world: World, started: bool) -> Saved:
     """Everything that the future of ``world`` depends on."""
     bodies, n = world.bodies, world.bodies.count
@@ -87,7 +117,6 @@ def save(world: World, started: bool) -> Saved:
     number = {law: k for k, law in enumerate(laws)}
     owner: dict[Any, Any] = {None: "user"} | dict(number)
     writer = Writer(world, laws, containers)
-    described: dict[int, Header] = {}  # a shape that many objects share is described once
     header: Header = {
         "format": "xpheve checkpoint",
         "version": VERSION,
@@ -109,7 +138,7 @@ def save(world: World, started: bool) -> Saved:
         "unplanned": [obj.serial for obj in world.unplanned],
         "laws": [_law(world, law) for law in laws],
         "containers": [_container(world, container, number, writer) for container in containers],
-        "objects": [_object(world, obj, number, described) for obj in bodies.objects],
+        "objects": [_object(world, obj, number) for obj in bodies.objects],
         "forces": [
             [
                 obj.serial,
@@ -134,6 +163,7 @@ def save(world: World, started: bool) -> Saved:
         "contacts": None if world.contacts is None else world.contacts.save(),
         "defaults": {name: _plain(value) for name, value in bodies.defaults.items()},
     }
+    header["gone"] = [_gone(obj) for obj in writer.gone]
     arrays: Arrays = {f"bodies.{name}": array[:, :n].copy() for name, array in bodies.arrays.items()}
     arrays |= {f"column.{name}": array[:n].copy() for name, array in bodies.columns.items()}
     for name in ROWS:
@@ -144,7 +174,7 @@ def save(world: World, started: bool) -> Saved:
             arrays[f"batch{k}.array.{name}"] = array.copy()
     shapes = [obj._shape for obj in bodies.objects]
     points = list(world.wakeups.points.values())
-    return Saved(header, arrays, list(bodies.objects), laws, containers, shapes, writer.functions, points)
+    return Saved(header, arrays, list(bodies.objects), laws, containers, shapes, writer.functions, points, writer.gone)
 
 
 def _plain(value: float) -> Any:
@@ -180,13 +210,23 @@ def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, 
     }
 
 
-def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int], described: dict[int, Header]) -> Header:
-    if obj.shape is not None and id(obj.shape) not in described:
-        described[id(obj.shape)] = obj.shape.describe()
+def _gone(obj: PhysicalObject) -> Header:
+    """An object that left the engine, with the state that it took along."""
     return {
         "serial": obj.serial,
         "name": obj.name,
-        "shape": None if obj.shape is None else described[id(obj.shape)],
+        "density": obj._density,
+        "kind": "" if type(obj) is PhysicalObject else type(obj).__qualname__,
+        "columns": dict(obj._columns),
+        "fixed": obj._fixed,
+        "state": {name: obj._own[name] for name in FIELDS},
+    }
+
+
+def _object(world: World, obj: PhysicalObject, number: dict[PhysicalLaw, int]) -> Header:
+    return {
+        "serial": obj.serial,
+        "name": obj.name,
         "density": obj._density,
         "kind": "" if type(obj) is PhysicalObject else type(obj).__qualname__,
         "rank": obj.rank,
@@ -228,7 +268,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
         container.firings, container.detections = entry["counts"]
     serials = [entry["serial"] for entry in saved.header["objects"]]
     points = {point.name: point for point in saved.points}
-    reader = Reader(saved.objects, serials, saved.laws, points, saved.functions, True)
+    reader = Reader(saved.objects, serials, saved.laws, points, saved.functions, True, saved.gone)
     reader.points_of(saved.header["wakeups"]["points"], engine)
     _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers, reader)
 
@@ -256,8 +296,13 @@ def revive(
         "LawContainer": LawContainer
     }
     made_laws = [_revive_law(engine, entry, local_laws) for entry in header["laws"]]
-    objects = [_revive_object(entry, arrays, row, class_of) for row, entry in enumerate(header["objects"])]
-    reader = Reader(objects, [entry["serial"] for entry in header["objects"]], made_laws, {}, functions, by_place)
+    from xpheve.shapes.described import from_description
+
+    shapes: list[Shape] = [from_description(described) for described in header["shapes"]]
+    objects = [_revive_object(entry, shapes, arrays, row, class_of) for row, entry in enumerate(header["objects"])]
+    gone = [_revive_gone(entry, shapes, class_of) for entry in header["gone"]]
+    numbers = [entry["serial"] for entry in header["objects"]]
+    reader = Reader(objects, numbers, made_laws, {}, functions, by_place, gone)
     reader.points_of(header["wakeups"]["points"], engine)
     made_containers = [_revive_container(engine, entry, local_containers, reader) for entry in header["containers"]]
     _build(engine, header, arrays, objects, made_laws, made_containers, reader)
@@ -270,22 +315,25 @@ def revive(
         serials = {obj.serial: obj for obj in objects}
         known = {entry["serial"]: law for entry, law in zip(header["laws"], made_laws, strict=True)}
         first_objects = [
-            serials.get(entry["serial"]) or _revive_object(entry, of_first, k, class_of)
+            serials.get(entry["serial"]) or _revive_object(entry, shapes, of_first, k, class_of)
             for k, entry in enumerate(first["objects"])
         ]
         first_laws = [known.get(entry["serial"]) or _revive_law(engine, entry, local_laws) for entry in first["laws"]]
         numbers = [entry["serial"] for entry in first["objects"]]
         points = dict(reader.points)
         functions = first_functions if by_place else functions
-        again = Reader(first_objects, numbers, first_laws, points, functions, by_place)
+        first_gone = [_revive_gone(entry, shapes, class_of) for entry in first["gone"]]
+        again = Reader(first_objects, numbers, first_laws, points, functions, by_place, first_gone)
         for kind_, name, _, _, radius in first["wakeups"]["points"]:
             if name not in points:
                 points[name] = Observer(name, radius=radius) if kind_ == "observer" else Probe(name)
         first_containers = [_revive_container(engine, entry, local_containers, again) for entry in first["containers"]]
         kept = [points[name] for _, name, *_ in first["wakeups"]["points"]]
         live = functions if by_place else _functions_of(first_containers)
-        shapes = [_revive_shape(entry) for entry in first["objects"]]
-        engine._authored = Saved(first, of_first, first_objects, first_laws, first_containers, shapes, live, kept)
+        had = [_shape_of(entry, shapes) for entry in first["objects"]]
+        engine._authored = Saved(
+            first, of_first, first_objects, first_laws, first_containers, had, live, kept, first_gone
+        )
     return engine
 
 
@@ -338,23 +386,44 @@ def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawConta
     return container
 
 
-def _revive_shape(entry: Header) -> Shape | None:
-    from xpheve import shapes
-
-    return None if entry["shape"] is None else shapes.from_description(entry["shape"])
+def _shape_of(entry: Header, shapes: Sequence[Shape]) -> Shape | None:
+    return None if entry["shape"] is None else shapes[entry["shape"]]
 
 
 def _revive_object(
-    entry: Header, arrays: Arrays, row: int, class_of: Callable[[Header], type[PhysicalObject]]
+    entry: Header,
+    shapes: Sequence[Shape],
+    arrays: Arrays,
+    row: int,
+    class_of: Callable[[Header], type[PhysicalObject]],
 ) -> PhysicalObject:
     values = {name: arrays[f"bodies.{name}"][:, row].tolist() for name in FIELDS}
-    fixed = bool(arrays["row.fixed"][row])
+    state = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
+    return _made(entry, _shape_of(entry, shapes), bool(arrays["row.fixed"][row]), state, class_of)
+
+
+def _revive_gone(
+    entry: Header, shapes: Sequence[Shape], class_of: Callable[[Header], type[PhysicalObject]]
+) -> PhysicalObject:
+    state = {name: tuple(value) if isinstance(value, list) else value for name, value in entry["state"].items()}
+    obj = _made(entry, _shape_of(entry, shapes), entry["fixed"], state, class_of)
+    obj.serial, obj._density = entry["serial"], entry["density"]
+    return obj
+
+
+def _made(
+    entry: Header,
+    shape: Shape | None,
+    fixed: bool,
+    state: dict[str, Any],
+    class_of: Callable[[Header], type[PhysicalObject]],
+) -> PhysicalObject:
+    """A free object in ``state``."""
     kind = class_of(entry)
     obj = kind.__new__(kind)  # a subclass may ask its __init__ for anything
-    shape = _revive_shape(entry)
     inertia = None if shape is None or shape.solid else (0.0, 0.0, 0.0)
     PhysicalObject.__init__(obj, shape, name=entry["name"], fixed=fixed, mass=1.0, inertia=inertia, **entry["columns"])
-    obj._own = {name: tuple(value) for name, value in values.items()} | {"mass": values["mass"][0]}
+    obj._own = dict(state)
     return obj
 
 

@@ -386,6 +386,7 @@ class World:
     def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
         """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
         begin = batch.stepper.covered(batch.state)
+        self._merge_into(batch, begin)
         before = self._snapshot(batch)
         sources = self.sources(batch)
         if sources is not None:
@@ -399,6 +400,27 @@ class World:
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
             self.wakeups.refresh(self.bodies.objects[row] for row in stop.rows)
+
+    def _merge_into(self, batch: Batch, begin: Instant) -> None:
+        """Join to ``batch`` those of its kind that came later and are in step with it by now."""
+        for other in self.batches[batch.number + 1 :]:
+            if (
+                other.state.count
+                and other.signature == batch.signature
+                and other.choice is batch.choice
+                and other.stepper.covered(other.state) == begin
+                and not (self._jumps_after(begin, batch) or self._jumps_after(begin, other))
+                and batch.stepper.merge(batch.state, other.state, self.bodies, self.settings)
+            ):
+                self.bodies.batch[other.state.rows] = batch.number
+                self.bodies.change += 1
+                batch.sources = other.sources = None
+                other.state = other.stepper.start(other.state.rows[:0], self.bodies, begin, None)
+
+    def _jumps_after(self, t: Instant, batch: Batch) -> bool:
+        """Whether a force on ``batch`` will jump, which ends the steps of all its rows."""
+        sources = self.sources(batch)
+        return sources is not None and sources.wall(t, NEVER) != NEVER
 
     def mark(self, obj: PhysicalObject) -> None:
         """``obj`` is to be planned anew."""

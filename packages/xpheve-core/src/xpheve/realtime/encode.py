@@ -252,9 +252,9 @@ class Decoder:
         return Observer(name, radius=radius, **place) if kind == "observer" else Probe(name, **place)
 
     def _shape(self, given: Any) -> Any:
-        from xpheve.plan.saved import _revive_shape
+        from xpheve.shapes.described import from_description
 
-        return _revive_shape({"shape": given})
+        return None if given is None else from_description(given)
 
     def _new_object(self, given: Any) -> PhysicalObject:
         from xpheve.plan.saved import _revive_object
@@ -267,7 +267,9 @@ class Decoder:
         label = given.get("class", "")
         if label not in self.objects:
             raise RecordError(f"the inputs add an object of class {label}: replay(..., classes=({label},))")
-        obj = _revive_object(given, arrays | fixed, 0, lambda entry: self.objects[label])
+        shape = self._shape(given["shape"])
+        entry = given | {"shape": None if shape is None else 0}
+        obj = _revive_object(entry, [shape], arrays | fixed, 0, lambda entry: self.objects[label])
         for name, value in given.get("attributes", {}).items():
             obj.__dict__[name] = self(value)
         obj._density = given["density"]

@@ -21,7 +21,7 @@ from xpheve.shapes import Box, Plane, Shape, Sphere
 
 Plain = dict[str, Any]
 CONDITIONS: dict[str, type[when.Condition]] = {
-    name: kind for name, kind in vars(when).items() if name in when.__all__ and name != "Condition"
+    name: getattr(when, name) for name in when.__all__ if name != "Condition"
 }
 REGIONS: dict[str, type[Shape]] = {"sphere": Sphere, "box": Box, "plane": Plane}
 KEYS = {"kind": "input"}

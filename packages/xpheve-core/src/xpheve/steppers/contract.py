@@ -137,6 +137,13 @@ class Stepper(ABC):
     def join(self, state: State, rows: Rows, bodies: Bodies, t: Instant) -> None:
         """Take ``rows`` in, re-basing nobody else."""
 
+    def merge(self, state: State, other: State, bodies: Bodies, settings: Settings) -> bool:
+        """Take all rows of ``other``, known until the same instant, into ``state`` with the flights they have; whether that was done.
+
+        Only what then moves to the same bits as in two batches may be merged. By default nothing is.
+        """
+        return False
+
     @abstractmethod
     def leave(self, state: State, local: int) -> None:
         """Let go of the row at place ``local`` by moving the last into its place."""

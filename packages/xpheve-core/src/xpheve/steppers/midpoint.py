@@ -39,6 +39,23 @@ class Midpoint(FlightStepper):
         self.join(state, rows, bodies, t)
         return state
 
+    def merge(self, state: State, other: State, bodies: Bodies, settings: Settings) -> bool:
+        """With ``dt`` two batches make the same steps as one. By tolerances a step is as long as the worst row allows, so they stay two."""
+        if settings.dt is None:
+            return False
+        rows = np.concatenate([state.rows, other.rows])
+        order = np.argsort(rows)
+        state.rows = rows[order]
+        for name, array in state.arrays.items():
+            state.arrays[name] = np.concatenate([array, other.arrays[name]], axis=1)[:, order]
+        for name in ("steps", "rejected"):
+            state.numbers[name] = max(state.numbers[name], other.numbers[name])
+        wanted = [one.numbers["next"] for one in (state, other) if one.numbers["next"]]
+        state.numbers |= {"next": min(wanted, default=0.0), "second": 0.0}
+        bodies.local[state.rows] = np.arange(state.count)
+        state.locate()
+        return True
+
     def covered(self, state: State) -> Instant:
         return state.numbers["base"], state.numbers["offset"]
 

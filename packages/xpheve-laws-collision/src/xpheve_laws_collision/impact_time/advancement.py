@@ -28,7 +28,7 @@ from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere
 
 Array = NDArray[np.float64]
 
-STEPS = 20_000  # of one search
+STEPS = 2_000  # of one search
 FAR = 1.01  # bounding spheres this much larger decide how far a search may jump
 
 
@@ -39,9 +39,9 @@ class UndecidedError(ContactError):
     horizon.
     """
 
-    def __init__(self, until: float) -> None:
+    def __init__(self, until: float, what: str = "no impact") -> None:
         super().__init__(
-            f"no impact within {until} s, and {STEPS} steps do not tell what comes after: "
+            f"{what} within {until} s, and {STEPS} steps do not tell what comes after: "
             "bodies that turn about each other without end. Ask with a shorter horizon"
         )
         self.until = until
@@ -221,8 +221,17 @@ def _first_root(gaps: Array, slopes: Array, bend: float) -> float:
     return float(times.min())
 
 
-def first_leave(pair: Pair, horizon: float) -> float:
-    """Time [s] in [0, horizon] at which the separation goes from at most 0 to more; infinite if it does not.
+def is_apart(stand: Stand) -> bool:
+    """Whether what may touch or overlap is apart, or touches and opens."""
+    speed, rate, still = stand.pressing()
+    opens = speed > still or (abs(speed) <= still and rate > 0.0)
+    return stand.separation > stand.touch or (stand.separation >= -stand.touch and opens)
+
+
+def first_leave(pair: Pair, horizon: float, start: float = 0.0) -> float:
+    """Time [s] in [start, horizon] at which the separation goes from at most 0 to more; infinite if it does not.
+
+    At the start they touch or overlap.
 
     The separation changes no faster than the surfaces move: a depth divided by that bound is a time in which the two
     cannot come apart. The instant is right to what counts as touching.
@@ -232,26 +241,24 @@ def first_leave(pair: Pair, horizon: float) -> float:
     UndecidedError
         After `STEPS` steps.
     """
-    t = 0.0
-    stand = pair.stand(t)
-    if stand.separation > stand.touch:
-        t = first_impact(pair, horizon)
-        if t == math.inf:
-            return t
+    t = start
     for _ in range(STEPS):
         stand = pair.stand(t)
-        speed, rate, still = stand.pressing()
-        if stand.separation >= -stand.touch and (speed > still or (abs(speed) <= still and rate > 0.0)):
+        if is_apart(stand):
             return t
-        if stand.separation > stand.touch:
-            return t
+        jump = deep_jump(pair, t)
+        if jump > 0.0:
+            t += jump
+            if not t <= horizon or t == math.inf:
+                return math.inf
+            continue
         a, b = pair.path_a.at(t), pair.path_b.at(t)
-        surface = (
-            norm(sub(b.velocity, a.velocity))
-            + _spin(pair.path_a, t, pair.reach_a)
-            + _spin(pair.path_b, t, pair.reach_b)
-        )
-        pull = norm(sub(b.acceleration, a.acceleration))
+        v, acceleration = sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
+        if pair.outward is None:
+            surface, pull = norm(v), norm(acceleration)
+        else:  # only what goes along the plane's normal opens
+            surface, pull = max(-dot(pair.outward, v), 0.0), max(-dot(pair.outward, acceleration), 0.0)
+        surface += _spin(pair.path_a, t, pair.reach_a) + _spin(pair.path_b, t, pair.reach_b)
         depth = max(-stand.separation, stand.touch)
         if surface == 0.0 and pull == 0.0:
             return math.inf
@@ -263,7 +270,20 @@ def first_leave(pair: Pair, horizon: float) -> float:
         t = max(t + s, math.nextafter(t, math.inf))
         if t > horizon:
             return math.inf
-    raise UndecidedError(t)
+    raise UndecidedError(t, "no parting")
+
+
+def deep_jump(pair: Pair, t: float) -> float:
+    """How long the bounding sphere stays behind the plane [s]: 0 if it reaches it, infinite if it never comes back."""
+    if pair.outward is None:
+        return 0.0
+    a, b = pair.path_a.at(t), pair.path_b.at(t)
+    d, v, acceleration = sub(b.position, a.position), sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
+    depth = dot(pair.outward, d) + pair.plane_offset
+    if depth <= FAR * pair.reach_a:
+        return 0.0
+    gap = depth - 0.5 * (1.0 + FAR) * pair.reach_a
+    return sphere_plane(gap, dot(pair.outward, v), dot(pair.outward, acceleration), 0.0, 0.0, math.inf)
 
 
 def _spin(path: Path, t: float, reach: float) -> float:
@@ -271,4 +291,4 @@ def _spin(path: Path, t: float, reach: float) -> float:
     return rate * reach if reach < math.inf else 0.0
 
 
-__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave"]
+__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave", "is_apart"]

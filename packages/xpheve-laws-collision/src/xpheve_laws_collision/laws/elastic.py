@@ -37,7 +37,11 @@ class Elastic(ResponseLaw):
     combined by ``combine``, whether both move or one is fixed. The components across the normal are left alone, momentum is
     kept, and at e = 1 energy too, to rounding. Any number of impacts at one instant are solved together, in generations.
 
-    Exact in time and state for spheres on spheres and planes; cost: one prediction for each partner in reach, at each impact.
+    Cost: one prediction for each partner in reach, at each impact; in closed form for spheres on spheres and planes, by conservative
+    advancement for all else.
+
+    Benefits and drawbacks: bodies answer with their inertia and are set spinning where they are hit off their centre. Beside
+    `collision:point` this needs the place of the contact, not its normal alone. Holds for smooth, rigid bodies: there is no friction.
 
     Source: Newton, Principia (1687), scholium to the laws; Nourian (2004), 4.3.2; simultaneous impacts: Moreau,
     Unilateral contact and dry friction (1988).

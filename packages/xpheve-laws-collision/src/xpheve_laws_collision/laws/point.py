@@ -19,9 +19,11 @@ class Point(ResponseLaw):
     bouncing factor applies to fixed partners only: between two bodies that move the collision is elastic. Bodies that recede are
     left alone.
 
-    Benefits: it is exact for spheres, and costs one division. Drawbacks: nothing is ever set spinning, and the angular momentum of
-    extended bodies is not kept: `collision:elastic` does both. A corner that turns into another body while the centres
-    recede is not answered. Holds for bodies whose size and spin do not matter.
+    Cost: one division a contact.
+
+    Benefits and drawbacks: it is exact for spheres. Nothing is ever set spinning, and the angular momentum of extended bodies is not
+    kept: `collision:elastic` does both. A corner that turns into another body while the centres recede is not answered. Holds for
+    bodies whose size and spin do not matter.
 
     Source: Nourian (2004), 4.3.2 and appendix A, with signed components along one normal in place of magnitudes and angles.
     """

@@ -12,11 +12,12 @@ STILL = (0.0, 0.0, 0.0)
 class Stop(ResponseLaw):
     """Bodies that meet stand still: v' = 0, for both.
 
-    Benefits: it needs no normal and no masses; with `collision:bounding_box` it is the cheapest answer there is, for tutorials and where
-    objects only must not pass each other. Drawbacks: momentum and energy are lost, also along the surface, where
-    `collision:point` keeps the velocity; forces that push bodies together go on, so that under a polled container they creep into each other by half
-    the acceleration times the square of the time between two looks. Spins stay. Holds for nothing in nature but a perfectly sticky
-    fixed target.
+    Cost: none but the call; with `collision:bounding_box` it is the cheapest answer there is.
+
+    Benefits and drawbacks: it needs no normal and no masses, and is for tutorials and where objects only must not pass each other.
+    Momentum and energy are lost, also along the surface, where `collision:point` keeps the velocity. Forces that push bodies together
+    go on, so that under a polled container they creep into each other by half the acceleration times the square of the time
+    between two looks. Spins stay. Holds for nothing in nature but a perfectly sticky fixed target.
 
     Source: Nourian (2004), 2.6 and 3.2 ("setting the velocities of the colliding objects to zero").
     """

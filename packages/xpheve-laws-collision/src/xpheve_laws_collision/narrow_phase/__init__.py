@@ -89,11 +89,13 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     ContactError
         If no file here knows the pair.
     """
-    from xpheve_laws_collision.narrow_phase import convex, sphere_plane, sphere_sphere
+    from xpheve_laws_collision.narrow_phase import convex, sphere_compound, sphere_mesh, sphere_plane, sphere_sphere
 
     families: dict[tuple[str, str], Family] = {
         ("sphere", "plane"): sphere_plane.SpherePlane(),
         ("sphere", "sphere"): sphere_sphere.SphereSphere(),
+        ("sphere", "compound"): sphere_compound.SphereCompound(),
+        ("sphere", "mesh"): sphere_mesh.SphereMesh(),
     }
     for k, kind in enumerate(convex.SOLID):
         families.setdefault((kind, "plane"), convex.Convex())
@@ -106,7 +108,10 @@ def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     known = ", ".join(f"{a}-{b}" for a, b in sorted(families))
     wayout = "Give the object another shape, or do not map both objects to the collision law"
     if "mesh" in (kind_a, kind_b):
-        wayout = "Make the mesh a Hull, or a Compound of convex parts, or do not map both objects to the collision law"
+        wayout = (
+            "A mesh meets spheres and points only: make it a Hull, or a Compound of convex parts, or do not map both objects "
+            "to the collision law"
+        )
     raise ContactError(f"no impact time is known between {kind_a} and {kind_b}; known: {known}. {wayout}")
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import Vec
-from xpheve_laws_collision.impact_time.advancement import first_impact, first_leave
+from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError, first_impact, first_leave, is_apart
 from xpheve_laws_collision.impact_time.path import Path
 from xpheve_laws_collision.narrow_phase import Gap, Mover
 from xpheve_laws_collision.narrow_phase.cores import Core, Half, cores_of
@@ -53,14 +53,19 @@ class Convex:
         return best
 
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
-        """See `impact_time.advancement.first_leave`; of compounds, when the last of the parts that touch has left."""
+        """See `impact_time.advancement.first_leave`; of compounds, when no part touches any more."""
         first, second = Path(a), Path(b)
-        last = -math.inf
-        for core_a, core_b in _core_pairs(a, b):
-            pair = CorePair(first, second, core_a, core_b)
-            if pair.stand(0.0).separation <= max(gap.touch, gap.separation):
-                last = max(last, first_leave(pair, horizon))
-        return last if last >= 0.0 else math.inf
+        pairs = [CorePair(first, second, core_a, core_b) for core_a, core_b in _core_pairs(a, b)]
+        t = 0.0 if gap.separation <= gap.touch else self.impact_time(a, b, gap, horizon)
+        for _ in range(STEPS):
+            if not t <= horizon or t == math.inf:
+                return math.inf
+            # While one part has not left another one may come: then it is the turn of that.
+            cut = [pair for pair in pairs if not is_apart(pair.stand(t))]
+            if not cut:
+                return t
+            t = max(first_leave(pair, horizon, t) for pair in cut)
+        raise UndecidedError(t, "no parting")
 
 
 class CorePair:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from xpheve.errors import ContactError, LawFailedError
 from xpheve.kernels.quaternion import rotate_inverse
-from xpheve.kernels.vector import Vec, norm
+from xpheve.kernels.vector import Vec, add, cross, norm, sub
 from xpheve.laws import Impulse, ResponseLaw, Velocities
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision import turning
@@ -249,7 +249,20 @@ class Generations:
             if spot.restitution < 1.0:
                 self.world.add_work(self.law(pair).label(), 0.5 * impulse * (speed + self.speed(pair, spot.gap)))
                 self.answered(pair)
+            self._book_hand(pair, spot.gap, impulse)
             self.server.impacts += 1
+
+    def _book_hand(self, pair: Pair, gap: Gap, impulse: float) -> None:
+        """Account for the work of the host on what it drives: it keeps the way of a body that ``impulse`` pushes back."""
+        for obj, sign in zip(pair, (1.0, -1.0), strict=True):
+            if immovable(obj) and not obj.fixed:
+                velocity = self.velocity_of(obj)
+                if self.turns(pair):
+                    arm = sub(gap.point, self.world.read_row(obj._row, "position"))
+                    velocity = add(velocity, cross(self.spin[obj], arm))
+                joules = sign * impulse * math.fsum(n * v for n, v in zip(gap.normal, velocity, strict=True))
+                if joules:
+                    self.world.add_work("driven", joules)
 
     def _ask(self, pair: Pair, gap: Gap, approach: float) -> float | Impulse | Velocities:
         law = self.law(pair)

@@ -63,6 +63,8 @@ class Pairs(ContactServer):
         """Pairs that came apart at this instant, still to be told."""
         self.given: dict[Pair, float] = {}
         """Sizes [N s] of the impulses of the instant that is being told."""
+        self.repeated: tuple[Instant, dict[Pair, int]] = (NEVER, {})
+        """How often each pair has met at the instant of the last impact: a guard, that changes no motion."""
         self.queued: dict[Pair, Entry] = {}
         """The last entry of each pair, so that none is queued twice."""
         self.swept: Instant = NEVER
@@ -179,7 +181,7 @@ class Pairs(ContactServer):
             since = found[1]
         for law, mapped in self._heard_laws(a).items():
             other = self._heard_laws(b).get(law)
-            if other is not None:
+            if other is not None and not hasattr(law, "respond"):  # those answer, or have nothing to do with the pair
                 joint = max(mapped, other)
                 since = joint if since is None else min(since, joint)
         return since

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,13 @@ from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
+from xpheve_laws_collision.impact_time.advancement import UndecidedError
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
+
+REPEATS = 2_000  # impacts of one pair at one instant; more do not end
 
 
 class Prediction(Standing):
@@ -125,8 +128,7 @@ class Prediction(Standing):
         elif pair in self.collapsing or self._is_support(pair):
             return NEVER
         elif pair in self.inside:
-            span, act = family.leave_time(mover_one, mover_two, gap, horizon), self._leave
-            span = 0.0 if gap.separation > 0.0 else span
+            span, act = self._search_leave(family, mover_one, mover_two, gap, horizon)
         else:
             span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
             if act is None:  # opening at second order: what comes next is looked for from where the gap shows
@@ -193,6 +195,7 @@ class Prediction(Standing):
         """All impacts of one instant, in generations."""
         self._keep()
         pairs = {pair_of(entry, self): None for entry in entries}
+        self._count_repeated(pairs)
         passing = [pair for pair in pairs if not self._answered(pair)]
         if passing:
             self._pass_through(passing)
@@ -203,6 +206,22 @@ class Prediction(Standing):
         for pair in answered:
             if pair not in instant.first:
                 self._not_met(pair)
+
+    def _count_repeated(self, pairs: Iterable[Pair]) -> None:
+        """Refuse pairs that meet at one instant again and again: bodies that are wedged, and bounce to and fro in no time."""
+        if self.repeated[0] != self.world.time:
+            self.repeated = (self.world.time, {})
+        counts = self.repeated[1]
+        for pair in pairs:
+            counts[pair] = counts.get(pair, 0) + 1
+            if counts[pair] > REPEATS:
+                wedged = sorted({one for one, count in counts.items() if 2 * count > REPEATS}, key=_ranks)
+                raise ContactError(
+                    f"impacts at t = {self.world.time[0]} s do not end: "
+                    + ", ".join(f"{a.label} - {b.label}" for a, b in wedged[:4])
+                    + " (each more than once). A body that fills a gap cannot move across it: give it room, no speed across "
+                    "the gap, or the law a restitution below 1"
+                )
 
     def _not_met(self, pair: Pair) -> None:
         """A pair that was due and did not approach: it rests, or bodies answer as points and only a corner turns in."""
@@ -228,12 +247,22 @@ class Prediction(Standing):
         self._keep()
         self._again([(pair, self._gap(pair, self.world.time), 0.0) for pair in [pair_of(one, self) for one in entries]])
 
+    def _search_leave(self, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float) -> tuple[float, Any]:
+        """When what overlaps, or touches and goes in, is apart."""
+        if gap.separation > gap.touch or (gap.separation > 0.0 and gap.speed > gap.still):
+            return 0.0, self._leave
+        try:
+            return family.leave_time(one, two, gap, horizon), self._leave
+        except UndecidedError as undecided:
+            return undecided.until, self._look_again
+
     def _search(self, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float) -> tuple[float, Any]:
         """When they meet, or until when it is known that they do not."""
         try:
             return family.impact_time(one, two, gap, horizon), self._impact
-        except ContactError as error:
-            until = getattr(error, "until", None)
-            if until is None:
-                raise
-            return until, self._look_again
+        except UndecidedError as undecided:
+            return undecided.until, self._look_again
+
+
+def _ranks(pair: Pair) -> tuple[int, int]:
+    return pair[0].rank, pair[1].rank

@@ -192,12 +192,12 @@ class Standing(Telling):
     def _loaded(self, pair: Pair, gap: Gap) -> bool:
         """Whether the normal acceleration of a touching pair is more than rounding."""
         scale = sum(math.hypot(*self.world.flight(obj._row).acceleration) for obj in pair)
-        speeds = sum(math.hypot(*self.world.flight(obj._row).velocity) ** 2 for obj in pair)
+        speeds = sum(_squared(self.world.flight(obj._row).velocity) for obj in pair)
         sizes = sum(getattr(self._shape(obj), "radius", 0.0) for obj in pair)
         for obj in pair:
             if self._shape(obj).kind not in ROUND:
                 reach = obj.shape.reach if obj.shape is not None else 0.0
-                scale += reach * math.hypot(*self.world.bodies.get("angular_velocity", obj._row)) ** 2
+                scale += reach * _squared(self.world.bodies.get("angular_velocity", obj._row))
                 sizes = max(sizes, reach)
         return abs(gap.acceleration) > 1e-13 * (scale + (speeds / sizes if sizes else 0.0))
 
@@ -207,3 +207,9 @@ class Standing(Telling):
         if abs(gap.separation) <= 10.0 * gap.touch and gap.speed <= gap.still and gap.acceleration < 0.0:
             if self._loaded(pair, gap) and not self._is_support(pair):
                 self._rest(pair)
+
+
+def _squared(vector: Vec) -> float:
+    """The square of its length; infinite where no float holds it."""
+    length = math.hypot(*vector)
+    return length * length

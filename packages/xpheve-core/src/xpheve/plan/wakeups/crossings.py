@@ -14,6 +14,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from xpheve.plan.wakeups.watches import FIRST
+
 Array = NDArray[np.float64]
 State = tuple[float, Any]
 
@@ -23,7 +25,7 @@ NOTHING = 1e-15  # of the largest value: rounding, not a sign
 NEAR_REAL = (
     1e-3  # imaginary parts up to here may belong to a pair of zeros close together; a split too many does no harm
 )
-SHORTEST = 2.0**-30  # of the window asked for
+SHORTEST = 2.0**-30  # of the flight, or of `FIRST`: windows that halved without end would never come past a pole
 NODES = chebyshev.chebpts1(DEGREE + 1)
 
 
@@ -33,7 +35,7 @@ def window(f: Callable[[Array], Array], start: float, wish: float, end: float) -
     The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they depend on ``f``, ``start``, ``wish`` and ``end`` only.
     """
     length = min(wish, end - start)
-    shortest = length * SHORTEST
+    shortest = max(SHORTEST * min(FIRST, end), 4.0 * math.ulp(start))
     while True:
         values = f(start + 0.5 * length * (NODES + 1.0))
         coefficients: Array = np.asarray(chebyshev.chebfit(NODES, values, DEGREE), dtype=np.float64)

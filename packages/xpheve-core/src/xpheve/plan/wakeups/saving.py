@@ -35,6 +35,17 @@ class Writer:
         self.law_numbers = {law: k for k, law in enumerate(laws)}
         self.containers = list(containers)
         self.functions: list[Callable[..., Any]] = []
+        self.gone: list[PhysicalObject] = []
+        """Objects that are in the world no more, though events or conditions name them."""
+
+    def object(self, obj: PhysicalObject) -> int:
+        """The serial number of ``obj``; of one that is gone the place among those, counted down from -1."""
+        objects = self.world.bodies.objects
+        if 0 <= obj._row < len(objects) and objects[obj._row] is obj:
+            return int(obj.serial)
+        if not any(one is obj for one in self.gone):
+            self.gone.append(obj)
+        return -1 - next(k for k, one in enumerate(self.gone) if one is obj)
 
     def value(self, value: Any) -> Plain:
         """A field of a condition, or what a watch is about."""
@@ -43,7 +54,7 @@ class Writer:
         if isinstance(value, Region):
             return ["region", _described(value.shape), value.position, value.orientation]
         if isinstance(value, PhysicalObject):
-            return ["object", value.serial if value._engine is not None and value._row >= 0 else -1, value.name]
+            return ["object", self.object(value)]
         if isinstance(value, Probe):
             return ["probe", value.name]
         if isinstance(value, PhysicalLaw):
@@ -64,13 +75,13 @@ class Writer:
     def event(self, event: Event) -> dict[str, Plain]:
         """An event, without its condition."""
         contacts = [
-            [c.body_a.serial, c.body_b.serial, c.normal, c.point, c.separation, c.approach_speed]
+            [self.object(c.body_a), self.object(c.body_b), c.normal, c.point, c.separation, c.approach_speed]
             for c in event.contacts
         ]
         force = event.force
         return {
             "time": event.time,
-            "objects": [obj.serial for obj in event.objects],
+            "objects": [self.object(obj) for obj in event.objects],
             "contacts": contacts,
             "id": event.id,
             "data": event.data,
@@ -163,10 +174,10 @@ class Reader:
         points: dict[str, Probe],
         functions: Sequence[Callable[..., Any]],
         by_place: bool,
+        gone: Sequence[PhysicalObject] = (),
     ) -> None:
-        self.objects = dict(zip(serials, objects, strict=True))
+        self.objects = dict(zip(serials, objects, strict=True)) | {-1 - k: obj for k, obj in enumerate(gone)}
         self.laws, self.points, self.functions, self.by_place = laws, points, functions, by_place
-        self.gone: dict[str, PhysicalObject] = {}
 
     def value(self, plain: Plain) -> Any:
         """What `Writer.value` was given."""
@@ -182,8 +193,7 @@ class Reader:
                 object.__setattr__(region.shape, "normal", tuple(rest[0]["normal"]))
             return region
         if kind == "object":
-            # One that is in the engine no more wakes nobody: any free object stands for it.
-            return self.objects.get(rest[0]) or self.gone.setdefault(rest[1], PhysicalObject(name=rest[1]))
+            return self.objects[rest[0]]
         if kind == "probe":
             return self.points.get(rest[0]) or Probe(rest[0])
         if kind == "law":
@@ -216,11 +226,10 @@ class Reader:
         force = plain["force"]
         return Event(
             plain["time"],
-            objects=tuple(by[serial] for serial in plain["objects"] if serial in by),
+            objects=tuple(by[serial] for serial in plain["objects"]),
             contacts=tuple(
                 Contact(by[a], by[b], tuple(normal), tuple(point), separation, speed)
                 for a, b, normal, point, separation, speed in plain["contacts"]
-                if a in by and b in by
             ),
             id=plain["id"],
             data=plain["data"],
