@@ -16,6 +16,9 @@ from xpheve.errors import MeshError, SceneError
 DEEPEST = 64
 """Nodes below one another."""
 MOST_NODES = 100_000
+MOST_BUFFERS = 1000
+MOST_PIECES = 10_000
+"""Primitives that the file holds, and that its nodes show: each becomes a part of its own."""
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _HARMLESS = re.compile(r"KHR_(materials_\w+|texture_transform|lights_punctual|xmp_json_ld)")
@@ -39,12 +42,18 @@ def cleaned(data: bytes, suffix: str, path: Path, name: str, largest: int, most:
             del node["mesh"]
     if not any("mesh" in node for node in nodes):
         raise MeshError(f"{name}: no node shows any triangles")
-    _check_triangles(meshes, accessors, most, name)
+    _check_triangles(meshes, nodes, accessors, most, name)
     return _packed(_only_used(accessors, meshes), views, buffers, meshes, nodes, roots)
 
 
-def _check_triangles(meshes: list[Table], accessors: list[Table], most: int, name: str) -> None:
+def _check_triangles(meshes: list[Table], nodes: list[Table], accessors: list[Table], most: int, name: str) -> None:
     primitives = [primitive for mesh in meshes for primitive in mesh["primitives"]]
+    shown = sum(len(meshes[node["mesh"]]["primitives"]) for node in nodes if "mesh" in node)
+    if max(len(primitives), shown) > MOST_PIECES:
+        raise MeshError(
+            f"{name}: {len(primitives)} pieces of geometry, shown {shown} times, are more than the {MOST_PIECES} that are read; "
+            "join them"
+        )
     count = sum(accessors[one.get("indices", one["attributes"]["POSITION"])]["count"] // 3 for one in primitives)
     places = sum(accessors[one["attributes"]["POSITION"]]["count"] for one in primitives)
     if max(count, places // 3) > most:
@@ -111,7 +120,11 @@ def _check_version(document: Table, name: str) -> None:
 
 def _buffers(document: Table, binary: bytes, path: Path, name: str, largest: int) -> list[bytes]:
     found: list[bytes] = []
-    for k, one in enumerate(_list(document, "buffers", name)):
+    read = 0
+    tables = _list(document, "buffers", name)
+    if len(tables) > MOST_BUFFERS:
+        raise MeshError(f"{name}: {len(tables)} buffers are more than the {MOST_BUFFERS} that are read; join them")
+    for k, one in enumerate(tables):
         length = _count(one, "byteLength", f"{name}: buffers[{k}]")
         uri = one.get("uri")
         if uri is None:
@@ -121,7 +134,8 @@ def _buffers(document: Table, binary: bytes, path: Path, name: str, largest: int
         if length > len(data):
             raise MeshError(f"{name}: buffers[{k}] claims {length} bytes, there are {len(data)}")
         found.append(data[:length])
-        if sum(map(len, found)) > largest:
+        read += len(data)  # all that was looked at, be it used or not
+        if read > largest:
             raise MeshError(
                 f"{name}: its buffers are larger than {largest} bytes, the most that is read; give largest="
             )
@@ -283,7 +297,8 @@ def _roots(document: Table, nodes: list[Table], name: str) -> list[int]:
     if not scenes:
         return roots
     chosen = scenes[_index(document, "scene", len(scenes), name) if "scene" in document else 0].get("nodes", [])
-    if not isinstance(chosen, list) or any(isinstance(k, bool) or k not in roots for k in chosen):
+    known = set(roots)
+    if not isinstance(chosen, list) or any(type(k) is not int or k not in known for k in chosen):
         raise MeshError(f"{name}: its scene shows nodes that do not exist, or hang on others")
     return list(dict.fromkeys(chosen))
 
@@ -297,10 +312,11 @@ def _packed(
     roots: list[int],
 ) -> bytes:
     """A GLB file of one buffer."""
-    starts, body = [], b""
+    starts, joined = [], bytearray()
     for data in buffers:
-        starts.append(len(body))
-        body += data + bytes(-len(data) % 4)
+        starts.append(len(joined))
+        joined += data + bytes(-len(data) % 4)
+    body = bytes(joined)
     view_tables = []
     for buffer, offset, length, stride in views:
         table: Table = {"buffer": 0, "byteOffset": starts[buffer] + offset, "byteLength": length}

@@ -12,6 +12,35 @@ from collections.abc import Callable
 
 from xpheve.errors import InvalidValueError, StateError
 
+FARTHEST = 1e18
+"""[s]: readings beyond it are none."""
+
+
+class Source:
+    """The system's time; when it fails or gives nonsense its last good reading goes on, and ``trouble`` says what came."""
+
+    def __init__(self, source: Callable[[], float]) -> None:
+        self.source = source
+        self.steps = source is not time.monotonic
+        """Whether it may jump or stand, so that nobody can sleep until it says something."""
+        self.trouble: Exception | None = None
+        self._last = 0.0
+
+    def checked(self) -> float:
+        """The reading [s]. Raises `InvalidValueError`, or what the source raises."""
+        found = self.source()
+        if not isinstance(found, (int, float)) or isinstance(found, bool) or not abs(found) < FARTHEST:
+            raise InvalidValueError(f"source gave {found!r}: seconds are needed, a finite number below {FARTHEST:g}")
+        self._last = float(found)
+        return self._last
+
+    def __call__(self) -> float:
+        try:
+            return self.checked()
+        except Exception as wrong:
+            self.trouble = wrong
+            return self._last
+
 
 class RealClock:
     """A stopwatch: ``time = origin + speed * (t_system - t_start - t_paused)``; it stands at ``origin`` until `start`.
@@ -96,4 +125,4 @@ class RealClock:
             self._past = (over + ((self.source() if at is None else at) - since), None)
 
 
-__all__ = ["RealClock"]
+__all__ = ["RealClock", "Source"]

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from threading import get_ident
+from contextlib import suppress
+from threading import TIMEOUT_MAX, get_ident
 from typing import Any
 
 from xpheve.errors import InvalidValueError, StateError
 from xpheve.laws import conditions as when
-from xpheve.realtime.clock import RealClock
+from xpheve.realtime.clock import RealClock, Source
 from xpheve.realtime.inputs import Inputs
-from xpheve.realtime.live import Live, launch
+from xpheve.realtime.live import Closed, Live, launch
 from xpheve.realtime.snapshot import Snapshot, take
 from xpheve.realtime.states import check
 from xpheve.realtime.update import Update
@@ -69,46 +70,50 @@ class Control(Update):
         InvalidValueError
             If a number makes no sense.
         """
-        self._surface()
-        check(self, "start")
-        for name, value in (("updates", updates), ("dt", dt), ("rtol", rtol), ("atol", atol)):
-            if value is not None and seconds(value, name) <= 0:
-                raise InvalidValueError(f"{name} = {value}: a number above 0 is needed")
-        if updates is None:
-            raise InvalidValueError(
-                "updates = None: a number of frames per second is needed; frames=n counts the host's"
+        with self._alone:
+            self._surface()
+            check(self, "start")
+            for name, value in (("updates", updates), ("dt", dt), ("rtol", rtol), ("atol", atol)):
+                if value is not None and seconds(value, name) <= 0:
+                    raise InvalidValueError(f"{name} = {value}: a number above 0 is needed")
+            if updates is None:
+                raise InvalidValueError(
+                    "updates = None: a number of frames per second is needed; frames=n counts the host's"
+                )
+            if dt is not None and (rtol is not None or atol is not None):
+                raise InvalidValueError("give dt, or rtol and atol, not both: with dt every step has that length")
+            if 1.0 / float(updates) == math.inf:
+                raise InvalidValueError(f"updates = {updates}: more frames per second are needed")
+            if frames is not None and (isinstance(frames, bool) or not isinstance(frames, int) or frames < 1):
+                raise InvalidValueError(f"frames = {frames!r}: a whole number from 1 up is needed")
+            if until is not None and seconds(until, "until") < self.time:
+                raise InvalidValueError(
+                    f"until = {until} s lies before the present time {self.time} s; reset() goes back to 0"
+                )
+            if on_frame is not None and not callable(on_frame):
+                raise InvalidValueError(f"on_frame = {on_frame!r}: a function of a snapshot is needed")
+            clock = RealClock(speed=speed, origin=self.time, source=source)
+            Source(source).checked()
+            self._check_contacts_of_steps(dt)
+            begin = self._world.time
+            settings = Settings(dt, rtol or RTOL, atol or ATOL)
+            self._begin(settings)
+            live = Live(
+                clock,
+                None if frames is not None else 1.0 / float(updates),
+                frames or 0,
+                math.inf if until is None else float(until),
+                on_frame,
+                keep_inputs,
+                self._world.force_ids.inputs,
             )
-        if dt is not None and (rtol is not None or atol is not None):
-            raise InvalidValueError("give dt, or rtol and atol, not both: with dt every step has that length")
-        if frames is not None and (isinstance(frames, bool) or not isinstance(frames, int) or frames < 1):
-            raise InvalidValueError(f"frames = {frames!r}: a whole number from 1 up is needed")
-        if until is not None and seconds(until, "until") < self.time:
-            raise InvalidValueError(
-                f"until = {until} s lies before the present time {self.time} s; reset() goes back to 0"
-            )
-        if on_frame is not None and not callable(on_frame):
-            raise InvalidValueError(f"on_frame = {on_frame!r}: a function of a snapshot is needed")
-        clock = RealClock(speed=speed, origin=self.time, source=source)
-        self._check_contacts_of_steps(dt)
-        begin = self._world.time
-        settings = Settings(dt, rtol or RTOL, atol or ATOL)
-        self._begin(settings)
-        live = Live(
-            clock,
-            None if frames is not None else 1.0 / float(updates),
-            frames or 0,
-            math.inf if until is None else float(until),
-            on_frame,
-            keep_inputs,
-            self._world.force_ids.inputs,
-        )
-        self._log_of = (begin, (settings.dt, settings.rtol, settings.atol))
-        self._failure = None
-        self._state = "running"
-        clock.start()
-        self._publish(live)
-        self._live = self._view._live = live
-        launch(self, live)
+            self._log_of = (begin, (settings.dt, settings.rtol, settings.atol))
+            self._failure = None
+            self._state = "running"
+            clock.start()
+            self._publish(live)
+            self._live = self._view._live = live
+            launch(self, live)
 
     def wait(self, until: float | None = None, timeout: float | None = None) -> bool:
         """Sleep until simulation time ``until`` [s], or without it until the end: terminated, or standing by its own doing.
@@ -147,7 +152,7 @@ class Control(Update):
                     left = latest - time.monotonic()
                     if left <= 0:
                         return False
-                    live.turn.wait(None if left == math.inf else left)
+                    live.turn.wait(min(left, TIMEOUT_MAX))
             finally:
                 live.targets.remove(goal)
 
@@ -169,13 +174,9 @@ class Control(Update):
 
     def terminate(self) -> None:
         """End for good: nothing runs until `reset`. The state can still be read. What failed in the background is raised afterwards."""
-        live = self._live
-        if live is None or live.holder == get_ident():
-            self._terminate()
-        else:
-            live.enter(self, "terminate", Control._terminate, (), {}, True)
-            if live.thread.ident != get_ident():
-                live.thread.join()
+        live = self._given("terminate", Control._terminate)
+        if live is not None:
+            live.join()
             self._surface()
 
     def reset(self) -> None:
@@ -183,21 +184,24 @@ class Control(Update):
 
         Objects and laws added since are taken out (they keep their last state), those removed since come back. Raises `StateError`.
         """
-        live = self._live
-        if live is None or live.holder == get_ident():
-            check(self, "reset")
-        else:
-            with live.hold():
-                check(self, "reset")
-                self._close(live)
-            if live.thread.ident != get_ident():
-                live.thread.join()
-        if self._authored is not None:
-            self._take_up(self._authored)
-            self._authored = None
-        self._started = False
-        self._failure = None
-        self._state = "ready"
+        while True:
+            live = self._live
+            if live is not None and live.holder != get_ident():
+                with live.hold():
+                    if self._live is live:
+                        check(self, "reset")
+                        self._close(live)
+                live.join()
+            with self._alone:
+                if self._live is None or (live is not None and live.holder == get_ident()):
+                    check(self, "reset")
+                    if self._authored is not None:
+                        self._take_up(self._authored)
+                        self._authored = None
+                    self._started = False
+                    self._failure = None
+                    self._state = "ready"
+                    break
         self._surface()
 
     @property
@@ -209,19 +213,29 @@ class Control(Update):
     @stop_time.setter
     def stop_time(self, value: float | None) -> None:
         goal = math.inf if value is None else seconds(value, "stop_time")
-        if self._live is None:
-            raise StateError(
-                f"stop_time = {value}: the engine is not started; give run(until=...), or start(until=...)"
-            )
         self._command("stop_time", Control._set_stop_time, goal)
 
     def _command(self, name: str, obey: Callable[..., None], *args: Any) -> None:
-        live = self._live
-        if live is None or live.holder == get_ident():
-            obey(self, *args)
-            return
-        self._surface()
-        live.enter(self, name, obey, args, {}, True)
+        self._given(name, obey, *args)
+
+    def _given(self, name: str, obey: Callable[..., None], *args: Any) -> Live | None:
+        """Obey here, or on the engine's thread, which is then returned."""
+        while True:
+            live = self._live
+            if live is None:
+                with self._alone:
+                    if self._live is None:
+                        obey(self, *args)
+                        return None
+            elif live.holder == get_ident():
+                obey(self, *args)
+                return None
+            else:
+                if name != "terminate":
+                    self._surface()
+                with suppress(Closed):
+                    live.enter(self, name, obey, args, {}, True)
+                    return live  # type: ignore[no-any-return]
 
     def _suspend(self) -> None:
         check(self, "suspend")
@@ -245,6 +259,7 @@ class Control(Update):
             live.until = math.inf
         self._failure = None
         live.halted_itself = False
+        live.source.trouble = None
         live.clock.resume(self._ordered_at)
         live.next_due = live.clock.source()
 
@@ -261,10 +276,11 @@ class Control(Update):
         self._change_state("terminated")
 
     def _set_stop_time(self, goal: float) -> None:
+        if self._live is None:
+            raise StateError(f"stop_time = {goal}: the engine is not started; give run(until=...), or start(until=...)")
         now = self._world.time[0]
         if goal < now:
-            raise InvalidValueError(f"stop_time = {goal} s lies before the present time {now} s")
-        assert self._live is not None
+            raise InvalidValueError(f"stop_time = {goal} s lies before the present time {now} s; suspend() stops now")
         self._live.until = goal
 
     def _change_state(self, state: str) -> None:
@@ -280,9 +296,12 @@ class Control(Update):
     def snapshot(self) -> Snapshot:
         """The scene at one instant, immutable: of a started engine the last published frame, else of now."""
         live = self._live
-        if live is None or live.holder == get_ident():
+        if live is not None and live.holder != get_ident():
+            return self._seen(live)
+        if live is not None:
             return take(self._world, self._frames, self._state, math.nan, 0.0)
-        return self._seen(live)
+        with self._alone:
+            return take(self._world, self._frames, self._state, math.nan, 0.0)
 
     def next_frame(self, after: Snapshot | None = None, timeout: float | None = None) -> Snapshot | None:
         """Sleep until there is a snapshot newer than ``after`` (default: the last one), and return it.
@@ -310,7 +329,7 @@ class Control(Update):
                     left = latest - time.monotonic()
                     if live.closed or left <= 0:
                         return None
-                    live.turn.wait(None if left == math.inf else left)
+                    live.turn.wait(min(left, TIMEOUT_MAX))
                     self._surface()
             finally:
                 live.frame_waiters -= 1

@@ -14,6 +14,7 @@ from typing import Any, TypeVar, cast
 from xpheve.errors import InvalidValueError, OwnershipError
 from xpheve.forces import Force
 from xpheve.realtime.encode import plain
+from xpheve.realtime.live import Closed
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -26,14 +27,23 @@ def door(waits: bool = False) -> Callable[[F], F]:
 
         @functools.wraps(method)
         def call(self: Any, *args: Any, **kwargs: Any) -> Any:
-            live = self._live
-            if live is None or live.holder == get_ident():
-                return method(self, *args, **kwargs)
-            self._surface()
-            result: Any = None
-            if name in PREPARE:
-                args, kwargs, result = PREPARE[name](self, live, *args, **kwargs)
-            return live.enter(self, name, method, args, kwargs, waits, result)
+            while True:
+                live = self._live
+                if live is None:
+                    with self._alone:
+                        if self._live is None:
+                            return method(self, *args, **kwargs)
+                    continue
+                if live.holder == get_ident():
+                    return method(self, *args, **kwargs)
+                self._surface()
+                result: Any = None
+                if name in PREPARE:
+                    args, kwargs, result = PREPARE[name](self, live, *args, **kwargs)
+                try:
+                    return live.enter(self, name, method, args, kwargs, waits, result)
+                except Closed:
+                    continue
 
         call.is_door = True  # type: ignore[attr-defined]
         return cast(F, call)
@@ -46,11 +56,18 @@ def look(method: F) -> F:
 
     @functools.wraps(method)
     def call(self: Any, *args: Any, **kwargs: Any) -> Any:
-        live = self._live
-        if live is None or live.holder == get_ident():
-            return method(self, *args, **kwargs)
-        with live.hold():
-            return method(self, *args, **kwargs)
+        while True:
+            live = self._live
+            if live is None:
+                with self._alone:
+                    if self._live is None:
+                        return method(self, *args, **kwargs)
+                continue
+            if live.holder == get_ident():
+                return method(self, *args, **kwargs)
+            with live.hold():
+                if self._live is live:
+                    return method(self, *args, **kwargs)
 
     return cast(F, call)
 
@@ -104,6 +121,10 @@ def _post(engine: Any, live: Any, id: Any, data: Any = None, source: Any = None)
     return (plain(id, "post: id"), plain(data, "post: data"), source), {}, None
 
 
+def _input(engine: Any, live: Any, kind: Any, data: Any = None) -> Prepared:
+    return (plain(kind, "input: kind"), plain(data, "input: data")), {}, None
+
+
 PREPARE: dict[str, Callable[..., Prepared]] = {
     "add_objects": _add_objects,
     "add_force": _add_force,
@@ -111,6 +132,7 @@ PREPARE: dict[str, Callable[..., Prepared]] = {
     "write_column": _write_column,
     "set_parameter": _set_parameter,
     "post": _post,
+    "input": _input,
 }
 
 __all__ = ["door", "look"]

@@ -8,13 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from xpheve.errors import InvalidValueError, OwnershipError, RecordError, UnknownLawError
+from xpheve.errors import InvalidValueError, OwnershipError, RecordError, UnknownLawError, XpheveError
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
+from xpheve.regions import Region
 from xpheve.shapes.base import Shape
+
+CONDITIONS: dict[str, Any] = {
+    name: kind
+    for name in when.__all__
+    if isinstance(kind := getattr(when, name), type) and issubclass(kind, when.Condition)
+}
+"""Those that files may name."""
+KINDS = frozenset(
+    (
+        *("tuple", "dict", "force", "object", "new object", "law", "new law", "container", "new container"),
+        *("point", "new point", "shape", "region", "condition", "class"),
+    )
+)
+"""The things that stand in a dict of one key."""
 
 
 def plain(value: Any, what: str) -> Any:
@@ -75,9 +90,10 @@ def encode(engine: Any, value: Any) -> Any:
         return {"new point": [value.kind, value.name, list(value.position), value.radius, attached]}
     if isinstance(value, Shape):
         return {"shape": value.describe()}
+    if isinstance(value, Region):
+        return {"region": [value.shape.describe(), list(value.position), list(value.orientation)]}
     if isinstance(value, when.Condition):
-        fields = {one.name: encode(engine, getattr(value, one.name)) for one in dataclasses.fields(value)}
-        return {"condition": [type(value).__name__, fields]}
+        return {"condition": _condition(engine, value)}
     if isinstance(value, type) and issubclass(value, (PhysicalLaw, LawContainer)):
         return {"class": value.label()}
     if isinstance(value, Iterable):
@@ -85,17 +101,42 @@ def encode(engine: Any, value: Any) -> Any:
     raise InvalidValueError(f"{value!r}: it cannot be written down, so it could not be replayed; give plain values")
 
 
+def _condition(engine: Any, condition: when.Condition) -> list[Any]:
+    kind = type(condition)
+    if CONDITIONS.get(kind.__name__) is not kind:
+        raise InvalidValueError(
+            f"{condition!r}: a condition of no pack cannot be written down, so it could not be replayed"
+        )
+    fields = {
+        one.name: encode(engine, getattr(condition, one.name)) for one in dataclasses.fields(condition) if one.init
+    }
+    return [kind.__name__, fields]
+
+
 def _object(engine: Any, obj: PhysicalObject) -> dict[str, Any]:
     if obj._engine is not None:
         raise OwnershipError(f"{obj!r} is in another engine")
     return {
         "name": obj.name,
+        "class": "" if type(obj) is PhysicalObject else type(obj).__qualname__,
+        "attributes": _attributes(obj),
         "shape": None if obj.shape is None else obj.shape.describe(),
         "fixed": obj.fixed,
         "density": obj._density,
         "state": {name: encode(engine, obj._own[name]) for name in FIELDS},
         "columns": obj.columns,
     }
+
+
+def _attributes(obj: PhysicalObject) -> dict[str, Any]:
+    """Plain ones of a subclass; a host's pictures and callbacks are none of the scene's."""
+    found = {}
+    for name, value in getattr(obj, "__dict__", {}).items():
+        try:
+            found[name] = encode(None, plain(value, name))
+        except InvalidValueError:
+            continue
+    return found
 
 
 def _law(engine: Any, law: PhysicalLaw) -> dict[str, Any]:
@@ -117,7 +158,12 @@ class Decoder:
         self.engine = engine
         world = engine._world
         here = [*(type(law) for law in world.laws), *(type(container) for container in world.containers)]
-        self.classes = {kind.label(): kind for kind in (*here, LawContainer, *classes)}
+        given = list(classes)
+        self.objects: dict[str, type[PhysicalObject]] = {"": PhysicalObject} | {
+            kind.__qualname__: kind for kind in given if issubclass(kind, PhysicalObject)
+        }
+        laws = [kind for kind in given if not issubclass(kind, PhysicalObject)]
+        self.classes = {kind.label(): kind for kind in (*here, LawContainer, *laws)}
 
     def __call__(self, value: Any) -> Any:
         """What ``value`` stands for. Raises `RecordError` or `UnknownLawError`."""
@@ -127,10 +173,14 @@ class Decoder:
             return value
         try:
             ((kind, given),) = value.items()
-            method = getattr(self, "_" + kind.replace(" ", "_"))
-        except (ValueError, AttributeError):
-            raise RecordError(f"the inputs hold {value!r}, which this xpheve does not know") from None
-        return method(given)
+            if kind not in KINDS:
+                raise LookupError(kind)
+            return getattr(self, "_" + kind.replace(" ", "_"))(given)
+        except XpheveError:
+            raise
+        except (TypeError, ValueError, LookupError, AttributeError, RecursionError) as wrong:
+            shown = repr(value)[:200]
+            raise RecordError(f"the inputs hold {shown}, which this xpheve does not know ({wrong})") from None
 
     def _tuple(self, given: Any) -> Any:
         return tuple(self(one) for one in given)
@@ -167,9 +217,16 @@ class Decoder:
             raise RecordError(f"the inputs name container {number}, which is not here") from None
         return found
 
-    def _condition(self, given: Any) -> Any:
+    def _region(self, given: Any) -> Region:
+        shape, position, orientation = given
+        return Region(self._shape(shape), position, orientation)
+
+    def _condition(self, given: Any) -> when.Condition:
         name, fields = given
-        return getattr(when, name)(**{key: self(value) for key, value in fields.items()})
+        named = {key: self(value) for key, value in fields.items()}
+        members = named.pop("of", ())
+        found: when.Condition = CONDITIONS[name](*members, **named)
+        return found
 
     def _class(self, label: str) -> Any:
         if label in self.classes:
@@ -207,9 +264,14 @@ class Decoder:
             for name, value in given["state"].items()
         }
         fixed = {"row.fixed": np.array([given["fixed"]])}
+        label = given.get("class", "")
+        if label not in self.objects:
+            raise RecordError(f"the inputs add an object of class {label}: replay(..., classes=({label},))")
         shape = self._shape(given["shape"])
         entry = given | {"shape": None if shape is None else 0}
-        obj = _revive_object(entry, [shape], arrays | fixed, 0, lambda entry: PhysicalObject)
+        obj = _revive_object(entry, [shape], arrays | fixed, 0, lambda entry: self.objects[label])
+        for name, value in given.get("attributes", {}).items():
+            obj.__dict__[name] = self(value)
         obj._density = given["density"]
         return obj
 

@@ -39,13 +39,15 @@ class Input:
 class Inputs(Sequence[Input]):
     """The log since `PhysicsEngine.start`, for `PhysicsEngine.replay`.
 
-    ``begin`` and ``end`` are the instants at which it begins and ends, ``settings`` the ``dt``, ``rtol`` and ``atol`` of the start.
+    ``begin`` and ``end`` are the instants at which it begins and ends, ``settings`` the ``dt``, ``rtol`` and ``atol`` of the start;
+    ``passed`` tells whether time passed after the last input, be it no longer than the rest of an instant.
     """
 
     entries: tuple[Input, ...]
     begin: Instant
     end: Instant
     settings: tuple[float | None, float, float] = (None, 1e-6, 1e-9)
+    passed: bool = True
 
     def __len__(self) -> int:
         return len(self.entries)
@@ -68,6 +70,7 @@ class Inputs(Sequence[Input]):
             "begin": list(self.begin),
             "end": list(self.end),
             "settings": list(self.settings),
+            "passed": self.passed,
             "inputs": [one.plain() for one in self.entries],
         }
         return json.dumps(data)
@@ -90,6 +93,7 @@ class Inputs(Sequence[Input]):
                 _instant(data["begin"]),
                 _instant(data["end"]),
                 (None if dt is None else float(dt), float(rtol), float(atol)),
+                bool(data.get("passed", True)),
             )
         except RecordError:
             raise

@@ -14,17 +14,26 @@ from collections.abc import Callable, Iterator
 from threading import get_ident
 from typing import Any
 
-from xpheve.realtime.clock import RealClock
+from xpheve.realtime import fork
+from xpheve.realtime.clock import RealClock, Source
 from xpheve.realtime.inputs import Input
 
 BUDGET = 0.02
 """Seconds of the system after which a frame is cut, so that snapshots come and commands are heard although the machine cannot keep up."""
 GRACE = 0.01
 """Seconds that a frame may still take when somebody waits for it."""
+CALLBACK = 0.2
+"""Seconds that an ending waits for ``on_frame``, which may wait for whoever ends the engine."""
 CROWD = 10_000
 """Entries in the queue beyond which writers wait."""
+LOOK = 1 / 60
+"""Seconds after which a time of the system that is not the machine's own is looked at again: it may jump."""
 WINDOW = 1.0
 """Seconds of the system over which the real-time factor is taken."""
+
+
+class Closed(Exception):
+    """The engine ended before a call came in, or was started anew: look again."""
 
 
 class Entry:
@@ -68,6 +77,7 @@ class Live:
     ) -> None:
         self.turn = threading.Condition()
         self.clock = clock
+        self.source = clock.source = Source(clock.source)
         self.period = period
         self.host_frames = host_frames
         self.until = until
@@ -86,6 +96,8 @@ class Live:
         self.log: list[Input] = []
         self.passes = 0
         """How often time passed: inputs of one group have the same."""
+        self.calling_back = False
+        """Whether the thread is in ``on_frame``, which may wait for whoever waits for a frame."""
         self.going = True
         self.halted_itself = False
         """Stands because of a stop time, or of a handler."""
@@ -96,7 +108,7 @@ class Live:
         """Simulation times that somebody waits for."""
         self.frame_waiters = 0
         self.frames_passed = 0
-        self.next_due = clock.source()
+        self.next_due = self.source()
         self.deadline = math.inf
         """When the frame at hand is to be cut, by `time.monotonic`."""
         self.cuttable = False
@@ -131,26 +143,41 @@ class Live:
                 self.wake(urgent=True)
                 self.turn.wait()
             if not self.closed:
-                entry = Entry(name, method, args, kwargs, waits, self.clock.source())
+                entry = Entry(name, method, args, kwargs, waits, self.source())
                 self.queue.append(entry)
                 if waits and not own:
                     self.urgent += 1
                     self.wake(urgent=True)
-                    while not entry.done:
-                        self.turn.wait()
-                    return self._outcome(entry)
-                if not waits:
+                    if self._wait_for(entry):
+                        return self._outcome(entry)
+                elif not waits:
                     if not self.going or self.still > self.clock.time:
                         self.turn.notify_all()
                     return result
-        if self.closed:
-            return method(engine, *args, **kwargs)
-        with self.hold():  # the engine's own thread, between two frames
-            entries = self.take_queue()
-            engine._carry_out(entries)
-            engine._publish(self)
-            self.end_frame(entries)
+            else:
+                raise Closed
+        self._serve(engine)  # the engine's own thread between two frames, or it waits in on_frame for this one
         return self._outcome(entry)
+
+    def _wait_for(self, entry: Entry) -> bool:
+        """Until ``entry`` is done; False if that is for the caller to do, since the thread stays in ``on_frame``. The caller has the turn."""
+        since = time.monotonic()
+        while not entry.done:
+            stays = self.calling_back and entry in self.queue
+            left = since + GRACE - time.monotonic() if stays else None
+            if left is not None and left <= 0.0:
+                return False
+            self.turn.wait(left)
+        return True
+
+    def _serve(self, engine: Any) -> None:
+        """What is in the queue, done by this thread at the instant of the last frame."""
+        with self.hold():
+            entries = self.take_queue()
+            if entries and not self.closed:
+                engine._carry_out(entries)
+                engine._settle(self)
+            self.end_frame(entries)
 
     @staticmethod
     def _outcome(entry: Entry) -> Any:
@@ -202,6 +229,16 @@ class Live:
 
     # For the engine's own thread
 
+    def join(self) -> None:
+        """Wait for the end of the thread, unless it is this one, or stays in ``on_frame``, after which it ends."""
+        thread = self.thread
+        assert thread is not None
+        if thread.ident == get_ident():
+            return
+        latest = time.monotonic() + CALLBACK
+        while thread.is_alive() and not (self.calling_back and time.monotonic() > latest):
+            thread.join(GRACE)
+
     def take_queue(self) -> list[Entry]:
         """What is in the queue, in order."""
         with self.turn:
@@ -225,7 +262,9 @@ class Live:
                 timeout = self._timeout() if self.going else None
                 if timeout is not None and timeout <= 0.0:
                     return True
-                self.turn.wait(timeout)
+                if timeout is not None and self.source.steps:
+                    timeout = min(timeout, max(self.period or 0.0, LOOK))
+                self.turn.wait(None if timeout is None else min(timeout, threading.TIMEOUT_MAX))
 
     def _timeout(self) -> float | None:
         """Seconds of the system until a frame is due; None if that is for others to say."""
@@ -234,14 +273,18 @@ class Live:
                 self.frames_passed = 0
                 return 0.0
             return None
-        now = self.clock.source()
+        now = self.source()
+        if self.source.trouble is not None:
+            return 0.0
         stop = self.clock.system_at(self.until) if self.until < math.inf else math.inf
         if self.still > self.clock.at(now) and not self.frame_waiters:
             if self.queue:
                 return 0.0
             change = min([self.still, *self.targets])
             due = min(self.clock.system_at(change) if change < math.inf else math.inf, stop)
-            return None if due == math.inf else min(due - now, threading.TIMEOUT_MAX)
+            if due < math.inf:
+                return due - now
+            return LOOK if self.source.steps else None
         return min(self.next_due, stop) - now
 
     def begin_frame(self) -> list[Entry]:
@@ -255,10 +298,10 @@ class Live:
             self.deadline = time.monotonic() + (GRACE if self.urgent else BUDGET)
             self.cuttable = True
             if self.period is not None:
-                now = self.clock.source()
+                now = self.source()
                 # Frames that were missed are left out: the next one covers their time.
-                missed = max(0, math.floor((now - self.next_due) / self.period))
-                self.next_due += (missed + 1) * self.period
+                late = max(0.0, (now - self.next_due) / self.period)
+                self.next_due = now if late > 2.0**52 else self.next_due + (math.floor(late) + 1) * self.period
             found = list(self.queue)
             self.queue.clear()
             self.urgent = 0
@@ -331,5 +374,6 @@ def _at_exit() -> None:
 
 
 atexit.register(_at_exit)
+fork.register(_started)
 
-__all__ = ["BUDGET", "Entry", "Live", "launch"]
+__all__ = ["BUDGET", "Closed", "Entry", "Live", "launch"]

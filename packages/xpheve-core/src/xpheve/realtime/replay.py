@@ -30,7 +30,7 @@ def replay(engine: Any, inputs: Inputs, until: float | None, classes: tuple[type
             _give(engine, list(group), classes)
             if engine._state == "terminated":
                 return
-        if engine._state == "running":
+        if engine._state == "running" and (inputs.passed or end > engine._world.time):
             engine._pass_time(max(end, engine._world.time))
     finally:
         engine._running = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
 from xpheve.laws import conditions as when
@@ -45,6 +46,8 @@ class Update:
     def _prepare_control(self) -> None:
         """Not started yet."""
         self._live: Any = None
+        self._alone = threading.RLock()
+        """Of the thread that changes or looks at the scene while the engine is not started."""
         self._published: tuple[Any, float] = (None, 0.0)
         """The last snapshot, and until when nothing changes after it."""
         self._frames = 0
@@ -75,21 +78,31 @@ class Update:
             if self._state == "running":
                 self._advance(live, entries)
             self._carry_out(entries)
-            if self._state == "terminated":
-                self._close(live)
-            else:
-                self._publish(live)
+            self._settle(live)
         except BaseException as error:
             self._fail(live, error)
         finally:
             live.end_frame(entries)
         if live.on_frame is not None and not live.closed:
+            live.calling_back = True
             try:
                 live.on_frame(self._published[0])
             except BaseException as error:
                 with live.hold():
-                    self._fail(live, error)
-                    self._publish(live)
+                    if live.closed:  # meanwhile, by another thread
+                        self._trouble.append(error)
+                    else:
+                        self._fail(live, error)
+                        self._publish(live)
+            finally:
+                live.calling_back = False
+
+    def _settle(self, live: Live) -> None:
+        """What the others see after a frame, or after the last one."""
+        if self._state == "terminated":
+            self._close(live)
+        else:
+            self._publish(live)
 
     def _advance(self, live: Live, entries: list[Entry]) -> None:
         """To what the clock reads, or read when somebody stopped it; not beyond the stop time; cut if it takes too long."""
@@ -99,6 +112,8 @@ class Update:
         live.passes += 1
         self._running = True
         try:
+            if live.source.trouble is not None:
+                raise live.source.trouble
             self._pass_time(max((target, 0.0), world.time))
             if self._state == "running" and world.time[0] < target:
                 # Cut after an event: the rest of its instant belongs to this frame, as to any run that ends there.
@@ -132,8 +147,11 @@ class Update:
                 if entry.name in ("write_object", "write_column"):
                     self._check_own(entry.args[0])
                 instant = world.time
-                arguments = tuple(encode(self, value) for value in entry.args)
-                options = tuple((name, encode(self, value)) for name, value in entry.kwargs.items())
+                arguments: tuple[Any, ...] = ()
+                options: tuple[tuple[str, Any], ...] = ()
+                if live.keep_inputs:  # as they are before it is done
+                    arguments = tuple(encode(self, value) for value in entry.args)
+                    options = tuple((name, encode(self, value)) for name, value in entry.kwargs.items())
                 entry.result = entry.method(self, *entry.args, **entry.kwargs)
                 if live.keep_inputs:
                     live.log.append(Input(instant, live.passes, entry.name, arguments, options))
@@ -190,9 +208,16 @@ class Update:
         self._publish(live)
         self._live = self._view._live = None
 
+    def _leave_clock(self, live: Live) -> None:
+        """No thread and no clock any more; the scene stays as it stands, for `run` or another `start`."""
+        self._inputs = self._all_inputs(live) if live.keep_inputs else None
+        self._live = self._view._live = None
+        self._state = "ready" if self._state == "running" else "suspended"
+
     def _all_inputs(self, live: Live) -> Inputs:
         begin, settings = self._log_of
-        return Inputs(tuple(live.log), begin, self._world.time, settings)
+        passed = not live.log or live.passes > live.log[-1].group
+        return Inputs(tuple(live.log), begin, self._world.time, settings, passed)
 
 
 def _named(error: BaseException, entry: Entry, time: float) -> BaseException:
