@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
+import operator
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 
 import xpheve as xp
 from xpheve.errors import InvalidValueError, LawFailedError
+from xpheve.laws.combinations import DEEPEST
 
 when = xp.when
 A, B, C = (when.Posted(name) for name in "abc")
@@ -264,3 +268,78 @@ def test_elapsed_steps_and_levels_combine() -> None:
     engine.run(until=6.0, dt=0.5)
     assert [event.time for event in law.events] == [3.0, 4.0]
     assert [event.time for event in steps.events] == [2.75, 3.25, 3.75]
+
+
+# Many members, and members in members
+
+MANY = [when.Posted(str(k)) for k in range(400)]
+
+
+@pytest.mark.parametrize("form", ["toml", "json"])
+@pytest.mark.parametrize("join", [operator.or_, operator.and_], ids=["or", "and"])
+def test_a_chain_of_operators_is_one_combination_which_files_and_checkpoints_hold(
+    join: Callable[[Any, Any], Any], form: str, tmp_path: Path
+) -> None:
+    kind = when.AnyOf if join is operator.or_ else when.AllOf
+    for count in (8, 400):
+        chain = functools.reduce(join, MANY[:count])
+        assert chain == kind(*MANY[:count]) and chain.depth == 1
+        engine = xp.PhysicsEngine()
+        engine.add_law("basic:planet_gravity", container=xp.LawContainer(chain, name="any"))
+        engine.save_scene(tmp_path / f"s.{form}")
+        assert xp.PhysicsEngine.load_scene(tmp_path / f"s.{form}").laws[0].containers[0].condition == chain
+        engine.step(0.1)
+        assert xp.PhysicsEngine.restore(engine.checkpoint()).laws[0].containers[0].condition == chain
+        assert engine.copy().laws[0].containers[0].condition == chain
+
+
+def test_operators_keep_parts_with_once_of_their_own_and_join_from_the_right_too() -> None:
+    part = when.AnyOf(A, B, once=True)
+    assert (part | C).of == (part, C) and (A | (B | C)).of == (A, B, C) and (A & (B & C)).of == (A, B, C)
+    assert ((A & B) | C).of == (A & B, C) and (when.AllNow(A, B) & C).of == (when.AllNow(A, B), C)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.sampled_from([when.AnyOf, when.AllOf]), st.lists(st.text("abc", max_size=3), max_size=8))
+def test_joined_parts_fire_as_nested_ones(kind: Any, posts: list[str]) -> None:
+    nested, joined = kind(kind(A, B), C), kind(A, B, C)
+    engine = xp.PhysicsEngine()
+    laws = [listen(engine, condition) for condition in (nested, joined)]
+    for k, letters in enumerate(posts):
+        engine.run(until=float(k))
+        for letter in letters:
+            engine.post(letter)
+    engine.run(until=9.0)
+    one, other = ([(event.time, event.fired) for event in law.events] for law in laws)
+    assert one == other
+
+
+def alternating(depth: int) -> Any:
+    condition: Any = A
+    for k in range(depth):
+        condition = condition | B if k % 2 else condition & C
+    return condition
+
+
+@pytest.mark.parametrize("form", ["toml", "json"])
+def test_the_deepest_tree_can_be_saved_read_and_restored(form: str, tmp_path: Path) -> None:
+    region = when.RegionActive(xp.Region(xp.Plane(normal=(0, 0, 1))))
+    deepest: Any = ~region & C
+    for k in range(DEEPEST - 2):
+        deepest = deepest & C if k % 2 else deepest | B
+    assert deepest.depth == DEEPEST
+    engine = xp.PhysicsEngine()
+    engine.add_law("basic:planet_gravity", container=xp.LawContainer(deepest, name="deep"))
+    engine.step(0.1)
+    assert xp.PhysicsEngine.restore(engine.checkpoint()).laws[0].containers[0].condition == deepest
+    assert engine.copy().laws[0].containers[0].condition == deepest
+    engine.save_scene(tmp_path / f"s.{form}")
+    again = xp.PhysicsEngine.load_scene(tmp_path / f"s.{form}")
+    assert again.laws[0].containers[0].condition == deepest
+    again.step(0.1)
+
+
+@pytest.mark.parametrize("depth", [DEEPEST + 1, 400])
+def test_deeper_trees_are_refused_when_made(depth: int) -> None:
+    with pytest.raises(InvalidValueError, match=f"nested {DEEPEST + 1} deep; at most {DEEPEST}"):
+        alternating(depth)

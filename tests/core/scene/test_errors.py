@@ -170,15 +170,15 @@ BAD = {
     "control character": (HEAD + "a = '\0'", "s:2: this is no TOML: "),
     "nested too deeply to parse": (
         HEAD + "a = " + "[" * 100_000,
-        "s: tables and lists are nested more than 16 deep; no scene needs that",
+        "s: tables and lists are nested more than 72 deep; no scene needs that",
     ),
     "dots": (
         HEAD + "a" + ".a" * 50_000 + " = 1",
-        "s: tables and lists are nested more than 16 deep; no scene needs that",
+        "s: tables and lists are nested more than 72 deep; no scene needs that",
     ),
     "nested": (
-        HEAD + "a = " + "[" * 20 + "]" * 20,
-        "s: tables and lists are nested more than 16 deep; no scene needs that",
+        HEAD + "a = " + "[" * 80 + "]" * 80,
+        "s: tables and lists are nested more than 72 deep; no scene needs that",
     ),
     # Laws
     "unknown law": (
@@ -391,7 +391,7 @@ def test_the_first_problem_is_told_and_the_others_counted(registry: Registry) ->
         ('{"xpheve": 1,\n "seed": 2,\n "seed": 3}', 's:3: key "seed" stands twice in one table; leave one of them'),
         ('{"xpheve": 1,\n "objects": [\n', "s:3: this is no JSON: Expecting value (column 1)"),
         ("[1]", 's:1: a scene is a table, {"xpheve": 1, ...}, not [1]'),
-        ("[" * 100_000, "s: tables and lists are nested more than 16 deep; no scene needs that"),
+        ("[" * 100_000, "s: tables and lists are nested more than 72 deep; no scene needs that"),
         ('{"xpheve": ' + "1" * 5000 + "}", "s: this is no JSON: Exceeds the limit (4300 digits)"),
         ("", "s:1: this is no JSON: Expecting value (column 1)"),
         ("{}", 's:1: the version of the format is missing: begin the file with "xpheve": 1'),

@@ -116,7 +116,7 @@ def test_compounds_may_be_nested_but_not_without_end() -> None:
     for _ in range(2):
         shape = f'{{ kind = "compound", parts = [{{ shape = {shape}, position = [1, 0, 0] }}] }}'
     assert scene.loads(HEAD + f"shape = {shape}").object("a").shape.authored_parts[0].position == (1, 0, 0)
-    for _ in range(20):
+    for _ in range(40):
         shape = f'{{ kind = "compound", parts = [{{ shape = {shape} }}] }}'
     with pytest.raises(SceneError, match="nested more than"):
         scene.loads(HEAD + f"shape = {shape}")

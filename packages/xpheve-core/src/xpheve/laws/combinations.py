@@ -1,4 +1,4 @@
-"""Conditions made of conditions, to any depth: any of several, all of them in turn, all at once, and not.
+"""Conditions made of conditions, in one another to a depth of 32: any of several, all of them in turn, all at once, and not.
 
 A combination is a condition like any other: frozen, shareable, armed until it is removed, and ``once=True`` disarms it at its first event.
 Its members go on by themselves: ``Elapsed(1.0)`` has one event, in a combination as alone. What a combination remembers (which members have been met)
@@ -15,6 +15,9 @@ from typing import Any, ClassVar
 
 from xpheve.errors import InvalidValueError
 from xpheve.laws.conditions.base import Condition
+
+DEEPEST = 32
+"""Combinations in one another; scene files allow as many."""
 
 
 @dataclass(frozen=True, init=False)
@@ -34,7 +37,14 @@ class _Combination(Condition):
                 raise InvalidValueError(
                     f"{name}: Impact belongs to response laws and stands alone; combine ContactBegin"
                 )
+        deep = 1 + max(one.depth for one in of)
+        if deep > DEEPEST:
+            raise InvalidValueError(
+                f"{name}: conditions are nested {deep} deep; at most {DEEPEST} are allowed. Give one {name} all its members: "
+                f"{name}(a, b, c, ...), or put inner ones into containers of their own that post"
+            )
         object.__setattr__(self, "of", tuple(of))
+        object.__setattr__(self, "depth", deep)
         object.__setattr__(self, "once", bool(once))
 
     @property
@@ -52,7 +62,7 @@ class AnyOf(_Combination):
     """One of the members fires: ``a | b``."""
 
     original: ClassVar[str] = "WakeupOr, WakeupOrOfAnds"
-    difference: ClassVar[str] = "any depth"
+    difference: ClassVar[str] = "up to 32 deep"
 
     @property
     def is_level(self) -> bool:
@@ -102,6 +112,15 @@ class Not(_Combination):
     @property
     def is_level(self) -> bool:
         return True
+
+
+def joined(kind: type[_Combination], *members: Any) -> Any:
+    """A combination of ``kind``; members that are such themselves, without ``once``, give their own members in their places."""
+    return kind(*(one for member in members for one in (member.of if _is_plain(kind, member) else (member,))))
+
+
+def _is_plain(kind: type[_Combination], member: Any) -> bool:
+    return type(member) is kind and not member.once
 
 
 def leaves(condition: Condition | None) -> Iterator[Condition]:

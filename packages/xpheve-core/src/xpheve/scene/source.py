@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from xpheve.errors import SceneError
+from xpheve.laws.combinations import DEEPEST as DEEPEST_CONDITION
 
 LARGEST = 64 << 20  # [bytes]; 100,000 objects take about 25 MB, and TOML of this size is read for a minute
-DEEPEST = 16  # tables and lists in one another; a scene needs 6
+DEEPEST = 2 * DEEPEST_CONDITION + 8  # tables and lists in one another: a condition in a condition is a table in a list
 LONGEST_SHOWN = 60  # characters of a value in an error
 
 Path_ = tuple[str | int, ...]

@@ -77,7 +77,7 @@ def _write_region(region: Region) -> Plain:
 
 def read_region(table: Any) -> Region:
     """The region of a table, to the bit. Raises ValueError or an `XpheveError`."""
-    if not isinstance(table, dict) or table.get("shape") not in REGIONS:
+    if not isinstance(table, dict) or str(table.get("shape")) not in REGIONS:
         raise ValueError('a table is needed, such as { shape = "sphere", radius = 1.0, position = [0.0, 0.0, 0.0] }')
     given = {key: value for key, value in table.items() if key not in ("shape", "position", "orientation")}
     try:

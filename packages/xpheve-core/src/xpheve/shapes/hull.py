@@ -45,6 +45,7 @@ class Hull(Polyhedron):
             vertices, triangles = _hull(given)
         else:
             vertices, triangles = given, checked_faces(faces, len(given), "Hull.faces")
+            _check_corners(vertices, triangles)
             _check_convex(vertices, triangles)
         mass = mass_properties(vertices, triangles)
         if not mass.volume > 0.0:
@@ -70,13 +71,9 @@ def _hull(points: Array) -> tuple[Array, Indices]:
 
     _, first = np.unique(points, axis=0, return_index=True)
     places = points[np.sort(first)]
-    extent = np.ptp(places, axis=0)
-    middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
-    singular = np.linalg.svd((places - middle) / max(float(extent.max()), 1e-300), compute_uv=False)
-    if len(places) < 4 or singular[-1] <= FLAT * singular[0]:
-        raise InvalidValueError(f"Hull of {len(points)} points that lie in one plane, to rounding: it has no volume")
+    extent, middle = _check_thick(places, len(points))
     try:
-        found = ConvexHull((places - middle) / float(extent.max()))
+        found = ConvexHull((places - middle) / extent)
     except QhullError as error:
         raise InvalidValueError(f"Hull of {len(points)} points: {str(error).splitlines()[0]}") from None
     faces = _outward(places, found.simplices.astype(np.int64), found.equations[:, :3])
@@ -85,6 +82,29 @@ def _hull(points: Array) -> tuple[Array, Indices]:
     faces = np.stack([np.roll(face, -int(face.argmin())) for face in faces])
     faces = faces[np.lexsort(faces.T[::-1])]
     return places[corners], faces
+
+
+def _check_thick(places: Array, count: int) -> tuple[float, Array]:
+    """Extent [m] and middle of ``places``; raises `InvalidValueError` if they lie in one plane, to rounding."""
+    extent = float(np.ptp(places, axis=0).max())
+    middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
+    singular = np.linalg.svd((places - middle) / max(extent, 1e-300), compute_uv=False)
+    if len(places) < 4 or singular[-1] <= FLAT * singular[0]:
+        raise InvalidValueError(f"Hull of {count} points that lie in one plane, to rounding: it has no volume")
+    return extent, middle
+
+
+def _check_corners(vertices: Array, faces: Indices) -> None:
+    """Raise `InvalidValueError` unless each vertex is the corner of a face, and of another place than the others."""
+    _, first, count = np.unique(vertices, axis=0, return_index=True, return_counts=True)
+    stray = np.setdiff1d(np.arange(len(vertices)), faces)
+    if len(stray) or (count > 1).any():
+        k = int(stray[0]) if len(stray) else int(first[count > 1].min())
+        why = "no face has it as a corner" if len(stray) else "another one lies at the same place"
+        raise InvalidValueError(
+            f"Hull.points: vertex {k} is {vertices[k].tolist()}: {why}; with faces the points are the corners, each once. "
+            "Leave the faces out to have them made"
+        )
 
 
 def _outward(places: Array, faces: Indices, normals: Array) -> Indices:
@@ -102,6 +122,7 @@ def _check_convex(vertices: Array, faces: Indices) -> None:
     check_areas(vertices, faces, "Hull.faces")
     if not is_closed(vertices, faces):
         raise InvalidValueError("Hull.faces leave a gap: they do not bound a volume; leave them out to have them made")
+    _check_thick(vertices, len(vertices))
     a = vertices[faces[:, 0]]
     normal = np.cross(vertices[faces[:, 1]] - a, vertices[faces[:, 2]] - a)
     normal /= np.sqrt((normal * normal).sum(axis=1))[:, None]

@@ -19,6 +19,8 @@ class Condition:
 
     served_by: ClassVar[str] = "engine"
     """``"engine"``, ``"queue"``, ``"steps"``, ``"contacts"`` or ``"flights"``: who finds its events."""
+    depth: ClassVar[int] = 0
+    """How many combinations are in one another."""
     original: ClassVar[str] = "-"
     """The criterion of Java3D that it stands for."""
     difference: ClassVar[str] = ""
@@ -30,14 +32,14 @@ class Condition:
         return False
 
     def __or__(self, other: Any) -> AnyOf:
-        from xpheve.laws.combinations import AnyOf
+        from xpheve.laws.combinations import AnyOf, joined
 
-        return AnyOf(self, other)
+        return joined(AnyOf, self, other)  # type: ignore[no-any-return]
 
     def __and__(self, other: Any) -> AllOf:
-        from xpheve.laws.combinations import AllOf
+        from xpheve.laws.combinations import AllOf, joined
 
-        return AllOf(self, other)
+        return joined(AllOf, self, other)  # type: ignore[no-any-return]
 
     def __invert__(self) -> Not:
         from xpheve.laws.combinations import Not

@@ -34,7 +34,9 @@ class Elapsed(Condition):
     served_by: ClassVar[str] = "queue"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.seconds, (int, float)) and 0 < self.seconds < math.inf):
+        if isinstance(self.seconds, bool) or not (
+            isinstance(self.seconds, (int, float)) and 0 < self.seconds < math.inf
+        ):
             raise InvalidValueError(f"Elapsed(seconds={self.seconds!r}): a finite time above 0 s is needed")
         if self.clock != "sim":
             raise InvalidValueError(
@@ -71,7 +73,7 @@ class Steps(Condition):
     served_by: ClassVar[str] = "steps"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.n, int) and self.n >= 0):
+        if isinstance(self.n, bool) or not (isinstance(self.n, int) and self.n >= 0):
             raise InvalidValueError(f"Steps(n={self.n!r}): a whole number from 0 is needed")
         if self.at not in ("start", "middle"):
             raise InvalidValueError(f"Steps(at={self.at!r}): choose 'start' or 'middle'")

@@ -52,7 +52,8 @@ def _smooth(
         assert isinstance(region.shape, Sphere)
         reach = region.shape.radius + radius
         c = _square(p, v, a, -reach * reach)
-    return (lambda s: _value(c, s) > 0.0), sign_changes(c, 0.0, end)
+    # So asked that a gap beyond all floats, which may end as NaN, is outside.
+    return (lambda s: not _value(c, s) <= 0.0), sign_changes(c, 0.0, end)
 
 
 def _square(p: Vec, v: Vec, a: Vec, less: float) -> Quartic:
@@ -88,7 +89,7 @@ def _box(
             over = abs(q + s * (u + 0.5 * s * b)) - h
             if radius == 0.0 and over > 0.0:
                 return True
-            square += max(over, 0.0) ** 2
+            square += over * over if over > 0.0 else 0.0  # ** raises where a product is infinite
         return square > radius * radius
 
     faces: set[float] = set()
