@@ -32,7 +32,7 @@ def test_a_sphere_displaces_its_cap_found_by_quadrature(view: Any) -> None:
         edges = np.linspace(z - 0.5, min(max(0.2, z - 0.5), z + 0.5), 20001)
         heights = 0.5 * (edges[1:] + edges[:-1])  # discs of the sphere below the surface, by the midpoint rule
         discs = math.pi * (0.25 - (heights - z) ** 2) * np.diff(edges)
-        force = law.force(view(position=(3, 4, z), volume=BALL, displaced_volume=math.nan))
+        force = np.asarray(law.force(view(position=(3, 4, z), volume=BALL, displaced_volume=math.nan)))
         np.testing.assert_allclose(force[0], (0, 0, discs.sum()), atol=1e-8)
 
 

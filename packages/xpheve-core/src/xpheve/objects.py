@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from xpheve.errors import InvalidValueError, LawDefinitionError, OwnershipError, StaleHandleError
+from xpheve.errors import InvalidValueError, LawDefinitionError, OwnershipError, StaleHandleError, XpheveWarning
 from xpheve.forces import Force, Vec, vector
 from xpheve.shapes.base import Shape
 
@@ -379,12 +380,20 @@ class PhysicalObject:
 
     @property
     def mass(self) -> float:
-        """Mass [kg]. Setting it corrects the forces that laws stored; a density given before is forgotten."""
+        """Mass [kg]. Setting it corrects the forces that laws stored; a density given before is forgotten.
+
+        Moments of inertia that are those of the solid shape follow; others were given by hand and stay.
+        """
         return float(self._get("mass"))
 
     @mass.setter
     def mass(self, value: float) -> None:
-        self._set("mass", positive_mass(value, f"{self!r}: mass"))
+        mass = positive_mass(value, f"{self!r}: mass")
+        inertia = inertia_with(self, self._shape, mass)
+        turns = self.inertia != inertia
+        self._set("mass", mass)
+        if turns:
+            self._set("inertia", inertia)
         self._density = None
 
     @property
@@ -426,7 +435,7 @@ class PhysicalObject:
                 return self[name]
             except (KeyError, InvalidValueError):
                 pass
-        raise AttributeError(f"{type(self).__name__} has no attribute or column {name!r}")
+        raise AttributeError(f"{type(self).__name__} has no attribute or column {name!r}{_way_to(name)}")
 
     # The host's hand
 
@@ -593,6 +602,49 @@ def moments_of(shape: Shape | None, mass: float) -> Vec:
     return (0.0, 0.0, 0.0) if shape is None or math.isinf(shape.reach) or not shape.solid else shape.inertia(mass)
 
 
+ELSEWHERE = {
+    "pos": "position=(x, y, z)",
+    "vel": "velocity=(x, y, z)",
+    "linear_velocity": "velocity=(x, y, z)",
+    "angvel": "angular_velocity=(x, y, z)",
+    "quat": "orientation=(w, x, y, z)",
+    "quaternion": "orientation=(w, x, y, z)",
+    "rotation": "orientation=(w, x, y, z); xpheve.orientation makes it of an axis and an angle",
+    "static": "fixed=True",
+    "is_static": "fixed=True",
+    "kinematic": "obj.hold(), obj.drive(...) or obj.carry(...), once it is in an engine",
+}
+"""What other engines call a property: as a column it would be taken, and mean nothing."""
+
+CALLS = {
+    "apply_force": "obj.add_force(vector, duration)",
+    "apply_torque": "obj.add_force(xpheve.Force(torque=...))",
+    "add_torque": "obj.add_force(xpheve.Force(torque=...))",
+    "apply_impulse": "obj.velocity = velocity + impulse / mass",
+    "add_impulse": "obj.velocity = velocity + impulse / mass",
+}
+
+
+def _way_to(name: str) -> str:
+    """What to write instead of the attribute ``name``, to put behind an error."""
+    from xpheve.plugins.suggest import did_you_mean
+
+    if name in CALLS or name in ELSEWHERE:
+        return f"; here that is {CALLS.get(name) or ELSEWHERE[name]}"
+    meant = did_you_mean(name, [known for known in dir(PhysicalObject) if not known.startswith("_")])
+    return f".{meant}" if meant else ""
+
+
+def warn_of_misspelt(obj: PhysicalObject, declared: Iterable[str]) -> None:
+    """Warn (`XpheveWarning`) if ``obj`` was given what seems to misspell one of the columns that its laws ``declared``."""
+    known = set(declared)
+    for name in sorted(set(obj._columns) - known):
+        for near in sorted(known - set(obj._columns)):
+            if len(name) > 3 and _one_edit_apart(name, near):
+                text = f"{obj!r}: no law of it reads column {name!r}; did you mean {near!r}?"
+                warnings.warn(text, XpheveWarning, stacklevel=5)
+
+
 def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
     checked = {}
     if "driven" in columns:
@@ -600,6 +652,8 @@ def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
             f"{label}: driven is no column: add the object to an engine, then obj.hold() or obj.carry(...)"
         )
     for name, value in columns.items():
+        if name in ELSEWHERE:
+            raise InvalidValueError(f"{label}: {name} = {value!r}: here that is {ELSEWHERE[name]}")
         try:
             number = float(value)
         except (TypeError, ValueError):

@@ -140,7 +140,8 @@ class Param:
             (self.le, self.le is None or number <= self.le, "<="),
         ):
             if not holds:
-                raise ParameterError(f"{where} = {number!r} {self.unit}: must be {sign} {bound}")
+                unit = "" if self.unit == "1" else f" {self.unit}"
+                raise ParameterError(f"{where} = {number!r}{unit}: must be {sign} {bound}")
         return number
 
 

@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from xpheve.errors import InvalidValueError
+
 Array = NDArray[np.float64]
 
 
 class Batch(np.ndarray[Any, np.dtype[np.float64]]):
-    """Vectors (n, 3), or numbers (n, 1), one row an object, so that expressions of both broadcast."""
+    """Vectors (n, 3), or numbers (n, 1), one row an object, so that expressions of both broadcast.
+
+    ``batch[2]`` would be the third object, where a formula means the third component: it is refused, with the way out.
+    """
+
+    def __getitem__(self, key: Any) -> Any:
+        if self.ndim == 2 and isinstance(key, (int, np.integer)):
+            component = f"write .{'xyz'[key]}" if 0 <= key < 3 and self.shape[1] == 3 else "write [:, k]"
+            raise InvalidValueError(
+                f"[{key}] of a batch of shape {self.shape} is the row of one object, not a component of all: {component} "
+                f"for the component, or np.asarray(...)[{key}] for that row"
+            )
+        return super().__getitem__(key)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(np.asarray(self))
 
     def norm(self) -> Batch:
         """Length of each vector, shape (n, 1)."""
@@ -20,7 +37,7 @@ class Batch(np.ndarray[Any, np.dtype[np.float64]]):
 
     def dot(self, other: Any, out: Any = None) -> Batch:  # type: ignore[override]
         """Scalar product row by row, shape (n, 1)."""
-        product = np.multiply(self, other)
+        product = np.asarray(np.multiply(self, other))
         return _batch((product[:, 0:1] + product[:, 1:2]) + product[:, 2:3])
 
     def cross(self, other: Any) -> Batch:

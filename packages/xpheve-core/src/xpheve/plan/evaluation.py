@@ -14,7 +14,7 @@ from xpheve.bodies import STATE_WIDTHS, Bodies
 from xpheve.errors import LawFailedError
 from xpheve.kernels.clock import Instant
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
-from xpheve.laws.view import STATE, BodyView
+from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.driven import immovable
 from xpheve.plan.mapping import Mapping
@@ -102,11 +102,16 @@ class Evaluator:
         try:
             if np.iscomplexobj(result):
                 raise TypeError("complex")
-            full = np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 3)).T
+            full = np.broadcast_to(_vectors(result, len(rows), views), (len(rows), 3)).T
         except (ValueError, TypeError):
-            shape = f"an array of shape {result.shape}" if isinstance(result, np.ndarray) else repr(result)[:80]
+            shape = (
+                f"an array of shape {result.shape}"
+                if isinstance(result, np.ndarray)
+                else " ".join(repr(result).split())[:80]
+            )
             raise LawFailedError(
-                f"{law.label()}.{method} returned {shape}; real numbers of shape ({len(rows)}, 3) or (3,) are needed: one vector an object",
+                f"{law.label()}.{method} returned {shape}; real numbers of shape ({len(rows)}, 3) or (3,) are needed: one vector an object. "
+                "A number times a direction is one: body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns",
                 law,
             ) from None
         if not np.isfinite(full).all():
@@ -147,8 +152,30 @@ class Evaluator:
 
     def potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> NDArray[np.float64]:
         """Potential energy [J] of each object or pair, shape (rows,)."""
-        result = np.asarray(self._call(law, "potential", views, rows, time), dtype=float)
-        return np.broadcast_to(result, (len(rows), 1))[:, 0]
+        result = self._call(law, "potential", views, rows, time)
+        try:
+            return np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 1))[:, 0]
+        except (ValueError, TypeError):
+            shape = f"an array of shape {result.shape}" if isinstance(result, np.ndarray) else repr(result)[:80]
+            raise LawFailedError(
+                f"{law.label()}.potential returned {shape}; real numbers of shape ({len(rows)}, 1) are needed: one an object or pair. "
+                "a.dot(b), v.norm() and v.x have it",
+                law,
+            ) from None
+
+
+def _vectors(result: Any, count: int, views: Sequence[BodyView]) -> Any:
+    """``result`` as vectors; raises `ValueError` where broadcasting would make a vector of what is none.
+
+    A number, or a column (n, 1), would push along all three axes; 0 is no force. One number a row, such as ``body.position[:, 2]``, has
+    the shape of a vector when there are three rows.
+    """
+    values = np.asarray(result, dtype=float)
+    nothing = values.ndim == 0 and (values == 0.0 or np.isnan(values))
+    column = values.shape == (3,) == (count,) and isinstance(result, Batch)
+    if (values.shape[-1:] != (3,) and not nothing) or (column and any(view._reads - {"up", "time"} for view in views)):
+        raise ValueError("no vector")
+    return values
 
 
 def _jumps_of(law: ContinuousLaw, since: float) -> list[float]:

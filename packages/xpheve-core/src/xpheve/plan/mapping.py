@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from xpheve.errors import ConflictError
 from xpheve.kernels.clock import Instant
+from xpheve.objects import warn_of_misspelt
 
 if TYPE_CHECKING:
     from xpheve.laws import PhysicalLaw
@@ -29,7 +30,10 @@ class Mapping:
         return self._objects.get(law, {})
 
     def check(self, obj: PhysicalObject, laws: Iterable[PhysicalLaw]) -> None:
-        """Raise `ConflictError` if ``obj`` cannot obey ``laws`` beside those it has."""
+        """Raise `ConflictError` if ``obj`` cannot obey ``laws`` beside those it has, warn of misspelt columns."""
+        laws = list(laws)
+        if obj._columns:
+            warn_of_misspelt(obj, (name for law in [*self.laws(obj), *laws] for name in law.columns))
         held = [law for law in self.laws(obj) if law.enabled]
         for law in laws:
             for other in held:

@@ -481,7 +481,7 @@ class _Building:
             shape = kind(**given)
         if isinstance(shape, Plane) and table.kind == "plane" and table.normal is not None:
             if abs(math.fsum(x * x for x in table.normal) - 1.0) <= UNIT_LENGTH:
-                shape.normal = table.normal
+                object.__setattr__(shape, "normal", table.normal)  # to the bit
         return shape
 
     def _compound(self, table: Any, path: Path_) -> Shape:
@@ -563,7 +563,9 @@ class _Building:
             members = list(group)
             laws = [law for k in mapped if (law := self.laws[k]) is not None]
             with self._blame(("objects", members[0], "laws")):
-                self.engine.add_objects([self.objects[place] for place in members], laws)
+                with warnings.catch_warnings():  # misspelt columns were told of with their line
+                    warnings.filterwarnings("ignore", message=".*no law of it reads column", category=XpheveWarning)
+                    self.engine.add_objects([self.objects[place] for place in members], laws)
 
     def _set_between(self) -> None:
         for place, sides in self.between.items():

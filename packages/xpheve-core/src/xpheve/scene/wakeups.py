@@ -89,7 +89,7 @@ def read_region(table: Any) -> Region:
     if "orientation" in table and _is_unit(table["orientation"]):
         object.__setattr__(region, "orientation", tuple(float(x) for x in table["orientation"]))
     if isinstance(shape, Plane) and _is_unit(table["normal"]):
-        shape.normal = tuple(float(x) for x in table["normal"])  # type: ignore[assignment]
+        object.__setattr__(shape, "normal", tuple(float(x) for x in table["normal"]))  # to the bit
     return region
 
 

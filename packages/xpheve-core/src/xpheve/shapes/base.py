@@ -18,6 +18,14 @@ class Shape:
     kind: ClassVar[str] = ""
     __slots__ = ()
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_") and hasattr(self, name):
+            raise InvalidValueError(
+                f"{self!r}.{name} = {value!r}: a shape does not change, and several objects may share it; "
+                f"give the object a new one: obj.shape = {type(self).__name__}(...)"
+            )
+        super().__setattr__(name, value)
+
     @property
     def volume(self) -> float:
         """Volume [m^3]; inf for an unbounded shape."""

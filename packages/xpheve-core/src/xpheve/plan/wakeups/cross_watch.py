@@ -48,7 +48,17 @@ class CrossWatch(Watch):
         name = str(when.Crosses(self.expression))
         try:
             with np.errstate(all="ignore"):
-                found = np.asarray(self.expression(view), dtype=float)
+                given = np.asarray(self.expression(view))
+            if given.dtype == bool:
+                raise LawFailedError(
+                    f"{name} gave True or False, which goes through no zero: give a difference, such as body.position.z - 2.0 for z > 2"
+                )
+            if given.size not in (1, len(s)):
+                raise LawFailedError(
+                    f"{name} gave an array of shape {given.shape} for {len(s)} times; shape ({len(s)}, 1) is needed: one number for each, "
+                    "such as body.position.z or body.velocity.norm()"
+                )
+            found = given.astype(float)
             values = np.broadcast_to(found.reshape(-1) if found.size == len(s) else found, (len(s),))
         except XpheveError:
             raise

@@ -1,0 +1,173 @@
+"""What somebody who comes from another engine writes first, and must not be answered with a wrong result in silence."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import xpheve as xp
+from xpheve.errors import InvalidValueError, LawFailedError, XpheveWarning
+
+
+def pushed(force: Callable[[Any], Any], count: int) -> list[Any]:
+    """Return objects after 0.1 s under a law with this ``force``."""
+
+    class Law(xp.FieldLaw):
+        id = "mine:law"
+
+        def force(self, body: Any) -> Any:
+            return force(body)
+
+    engine = xp.PhysicsEngine(up="z")
+    law = engine.add_law(Law)
+    objects = engine.add_objects(
+        [xp.PhysicalObject(position=(k + 1, 0, 2 * k + 1), mass=k + 1.0) for k in range(count)], laws=[law]
+    )
+    engine.run(until=0.1, dt=0.1)
+    return list(objects)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda body: -body.position.z,
+        lambda body: -body.position[:, 2],
+        lambda body: -1.0,
+        lambda body: body.mass,
+        lambda body: (-body.position.x, 0, 0),
+    ],
+    ids=["column", "slice", "number", "mass", "tuple"],
+)
+def test_what_is_no_vector_is_refused_however_many_objects_there_are(force: Any, count: int) -> None:
+    with pytest.raises(LawFailedError, match=rf"(?s)returned .*shape \({count}, 3\) or \(3,\) are needed"):
+        pushed(force, count)
+
+
+@pytest.mark.parametrize("count", [1, 3, 5])
+def test_the_row_of_one_object_is_not_taken_for_a_component_of_all(count: int) -> None:
+    with pytest.raises(LawFailedError, match=r"\[2\] of a batch .* write \.z"):
+        pushed(lambda body: -body.position[2], count)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_rows_can_be_had_by_a_loop_and_by_asarray(count: int) -> None:
+    by_loop = pushed(lambda body: [-row for row in body.position], count)
+    by_row = pushed(lambda body: [-np.asarray(body.position)[k] for k in range(body.count)], count)
+    plain = pushed(lambda body: -body.position, count)
+    assert [o.velocity for o in by_loop] == [o.velocity for o in by_row] == [o.velocity for o in plain]
+
+
+def test_no_force_may_be_said_by_the_number_0_and_one_vector_for_all_by_three() -> None:
+    assert [one.velocity for one in pushed(lambda body: 0.0, 3)] == [(0.0, 0.0, 0.0)] * 3
+    assert [one.velocity[2] for one in pushed(lambda body: -6.0 * body.up, 3)] == pytest.approx([-0.6, -0.3, -0.2])
+
+
+def test_a_potential_that_is_no_number_an_object_is_refused_with_its_shape() -> None:
+    class Law(xp.FieldLaw):
+        id = "mine:law"
+
+        def force(self, body: Any) -> Any:
+            return -body.position
+
+        def potential(self, body: Any) -> Any:
+            return 0.5 * body.position**2
+
+    engine = xp.PhysicsEngine()
+    engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[engine.add_law(Law)])
+    with pytest.raises(LawFailedError, match=r"potential returned an array of shape \(1, 3\); .* \(1, 1\) are needed"):
+        engine.energy()
+
+
+def crossing(expression: Any) -> list[float]:
+    """Return when ``expression`` of a ball thrown upwards at 8 m/s went through zero."""
+    times: list[float] = []
+
+    class Law(xp.PhysicalLaw):
+        id = "mine:heard"
+
+        def enforce_this_law(self, event: Any) -> None:
+            times.append(event.time)
+
+    engine = xp.PhysicsEngine(up="z")
+    gravity = engine.add_law("basic:planet_gravity", acceleration=10.0)
+    heard = engine.add_law(Law, xp.LawContainer(xp.when.Crosses(expression)))
+    engine.add_object(xp.PhysicalObject(velocity=(0, 0, 8.0)), laws=[gravity, heard])
+    engine.run(until=3.0)
+    return times
+
+
+ROOTS = [0.8 - math.sqrt(0.24), 0.8 + math.sqrt(0.24)]  # z = 8 t - 5 t^2 = 2
+
+
+def test_a_comparison_goes_through_no_zero_and_is_refused() -> None:
+    with pytest.raises(LawFailedError, match=r"gave True or False.* give a difference"):
+        crossing(lambda body: body.position.z > 2.0)
+
+
+def test_an_expression_of_wrong_shape_is_told_what_is_needed() -> None:
+    with pytest.raises(LawFailedError, match=r"shape \(25, 3\) for 25 times; shape \(25, 1\) is needed"):
+        crossing(lambda body: body.position - 2.0)
+
+
+def test_an_expression_that_jumps_is_followed_to_its_jumps_and_ends() -> None:
+    found = crossing(lambda body: np.where(np.asarray(body.position.z) > 2.0, 1.0, -1.0))
+    assert found == pytest.approx(ROOTS, abs=1e-14)
+
+
+def test_a_shape_is_not_changed_in_place() -> None:
+    body = xp.PhysicalObject(xp.Sphere(0.1))
+    with pytest.raises(InvalidValueError, match=r"give the object a new one: obj\.shape = Sphere\(\.\.\.\)"):
+        body.shape.radius = 0.5  # type: ignore[union-attr]
+    assert body.shape == xp.Sphere(0.1)
+
+
+def test_moments_of_the_solid_shape_follow_the_mass_and_those_given_by_hand_stay() -> None:
+    engine = xp.PhysicsEngine()
+    solid = xp.PhysicalObject(xp.Sphere(0.1), mass=1.0)
+    solid.mass = 2.0
+    assert solid.inertia == xp.Sphere(0.1).inertia(2.0)
+    given = xp.PhysicalObject(xp.Sphere(0.1), mass=1.0, inertia=7.0)
+    engine.add_objects([solid, given])
+    engine.run(until=1.0)
+    solid.mass = given.mass = 5.0
+    assert solid.inertia == xp.Sphere(0.1).inertia(5.0)
+    assert given.inertia == (7.0, 7.0, 7.0)
+    solid.shape = xp.Box((1, 2, 3))
+    assert solid.inertia == xp.Box((1, 2, 3)).inertia(5.0)
+
+
+@pytest.mark.parametrize(("name", "way"), [("static", "fixed=True"), ("pos", "position="), ("quat", "orientation=")])
+def test_names_of_other_engines_are_answered_with_those_of_this_one(name: str, way: str) -> None:
+    with pytest.raises(InvalidValueError, match=f"{name} = 1: here that is {way}"):
+        xp.PhysicalObject(**{name: 1})
+
+
+def test_calls_of_other_engines_are_answered_with_those_of_this_one() -> None:
+    body = xp.PhysicalObject()
+    with pytest.raises(AttributeError, match=r"here that is obj\.add_force"):
+        body.apply_force((1, 0, 0))  # type: ignore[operator]
+    with pytest.raises(AttributeError, match='Did you mean "velocity"'):
+        print(body.velocty)
+
+
+def test_a_misspelt_column_is_warned_of_when_its_law_is_met() -> None:
+    engine = xp.PhysicsEngine()
+    bounce = engine.add_law("collision:elastic")
+    with pytest.warns(XpheveWarning, match="no law of it reads column 'restituton'; did you mean 'restitution'"):
+        engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), restituton=0.5), laws=[bounce])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        engine.add_object(
+            xp.PhysicalObject(xp.Sphere(0.1), position=(1, 0, 0), restitution=0.5, colour=3), laws=[bounce]
+        )
+
+
+def test_a_parameter_without_unit_is_said_without_one() -> None:
+    with pytest.raises(InvalidValueError, match=r"restitution = 1\.5: must be <= 1"):
+        xp.PhysicsEngine().add_law("collision:elastic", restitution=1.5)
