@@ -25,14 +25,8 @@ NOTHING = 1e-15  # of the largest value: rounding, not a sign
 NEAR_REAL = (
     1e-3  # imaginary parts up to here may belong to a pair of zeros close together; a split too many does no harm
 )
-<<<<<<< HEAD
 SHORTEST = 2.0**-30  # of the flight, or of `FIRST`: windows that halved without end would never come past a pole
-=======
-SHORTEST = 2.0**-30  # of the window asked for
-FEWEST = (
-    64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
-)
->>>>>>> newuser
+FEWEST = 64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
 NODES = chebyshev.chebpts1(DEGREE + 1)
 
 
@@ -42,11 +36,7 @@ def window(f: Callable[[Array], Array], start: float, wish: float, end: float) -
     The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they depend on ``f``, ``start``, ``wish`` and ``end`` only.
     """
     length = min(wish, end - start)
-<<<<<<< HEAD
-    shortest = max(SHORTEST * min(FIRST, end), 4.0 * math.ulp(start))
-=======
-    shortest = max(length * SHORTEST, FEWEST * math.ulp(start + length))
->>>>>>> newuser
+    shortest = max(SHORTEST * min(FIRST, end), FEWEST * math.ulp(start + length))
     while True:
         values = f(start + 0.5 * length * (NODES + 1.0))
         coefficients: Array = np.asarray(chebyshev.chebfit(NODES, values, DEGREE), dtype=np.float64)
