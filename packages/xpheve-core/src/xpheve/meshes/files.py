@@ -168,6 +168,7 @@ def _clip(wrong: Exception) -> str:
 
 def _clean_stl(data: bytes, name: str, most: int, said: list[str]) -> bytes:
     if data[:5].lower() == b"solid" and b"facet" in data[:4096].lower() and not _is_binary_stl(data):
+        _check_places(data.lower().count(b"vertex"), most, name)
         corners = re.findall(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", data, re.IGNORECASE)
         if len(corners) % 3 or not corners:
             raise MeshError(f"{name}: {len(corners)} vertices make no triangles; the file is cut short or no STL")
@@ -205,6 +206,11 @@ def _check_count(count: int, most: int, name: str) -> None:
         raise MeshError(f"{name}: {count} triangles are more than the {most} that are read; give most_triangles=")
 
 
+def _check_places(count: int, most: int, name: str) -> None:
+    if count > 3 * most:
+        raise MeshError(f"{name}: {count} vertices are more than {most} triangles have; give most_triangles=")
+
+
 def _floats(words: list[bytes], name: str) -> Any:
     try:
         return np.array([float(word) for word in words])
@@ -218,8 +224,10 @@ def _floats(words: list[bytes], name: str) -> Any:
 def _clean_obj(data: bytes, name: str, most: int) -> bytes:
     lines: list[str] = []
     vertices = triangles = 0
+    if (count := data.count(b"\n")) > 100_000 + 12 * most:
+        raise MeshError(f"{name}: {count} lines are more than {most} triangles need; give most_triangles=")
     text = data.decode("utf-8", errors="replace").replace("\\\r\n", " ").replace("\\\n", " ")
-    for k, line in enumerate(text.split("\n"), 1):
+    for k, line in enumerate(io.StringIO(text, newline="\n"), 1):
         words = line.split()
         if not words:
             continue
@@ -229,6 +237,8 @@ def _clean_obj(data: bytes, name: str, most: int) -> bytes:
                 if len(words) < 4:
                     raise ValueError("three coordinates are needed")
                 vertices += 1
+                if vertices > 3 * most:
+                    _check_places(vertices, most, name)
             elif words[0] == "f":
                 corners = [_corner(word, vertices) for word in words[1:]]
                 if len(corners) < 3:
@@ -279,6 +289,8 @@ def _clean_ply(data: bytes, name: str, most: int) -> bytes:
             _check_count(count, most, name)
     if needed > len(body) + 1:
         raise MeshError(f"{name}: the header claims at least {needed} bytes, {len(body)} follow: cut short, or no PLY")
+    for _, count, _, _ in elements:
+        _check_places(count, most, name)
     known = {element: properties for element, _, _, properties in elements}
     if not {"x", "y", "z"} <= set(known.get("vertex", ())):
         raise MeshError(f"{name}: its vertices have no x, y and z")

@@ -17,6 +17,8 @@ DEEPEST = 64
 """Nodes below one another."""
 MOST_NODES = 100_000
 MOST_BUFFERS = 1000
+MOST_VALUES = 8_000_000
+"""In the JSON part."""
 MOST_PIECES = 10_000
 """Primitives that the file holds, and that its nodes show: each becomes a part of its own."""
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -94,6 +96,9 @@ def _document(text: bytes, name: str) -> Table:
     def refuse(word: str) -> Any:
         raise MeshError(f"{name}: {word} in its JSON: finite numbers are needed")
 
+    values = text.count(b",")
+    if values > MOST_VALUES:
+        raise MeshError(f"{name}: its JSON has {values} values, more than the {MOST_VALUES} that are read")
     try:
         found = json.loads(text.decode("utf-8-sig"), parse_constant=refuse)
     except RecursionError:

@@ -27,6 +27,8 @@ _FLOAT, _UINT = 5126, 5125
 _VERTICES, _INDICES = 34962, 34963
 _GONE = 1e-9  # scale of an object in frames without it; 0 would have no inverse
 
+LARGEST = float(np.finfo(np.float32).max)
+
 Table = dict[str, Any]
 
 
@@ -56,6 +58,7 @@ class _Document:
         self.samplers: list[Table] = []
         self.channels: list[Table] = []
         self.shapes: dict[str, tuple[int, int]] = {}
+        self.known: dict[tuple[str, str], int] = {}
         self.times: dict[bytes, int] = {}
         self.up = up_of(record)
         self.extent = self._extent()
@@ -84,10 +87,11 @@ class _Document:
         if not whole.any():
             return
         time, places, turns = track.time[whole], track.position[whole], _continuous(track.orientation[whole])
-        name = row["name"] or f"#{row['serial']}"
+        name = (row["name"] or f"#{row['serial']}").encode("utf-8", "replace").decode()
         while name in names:
             name += "'"
         names.add(name)
+        _single(places, f"object {name!r}")
         node: Table = {"name": name, "translation": _numbers(places[0]), "rotation": _numbers(_xyzw(turns[:1])[0])}
         mesh = self._mesh(row, colour)
         if mesh is not None:
@@ -96,7 +100,7 @@ class _Document:
         self.nodes.append(node)
         here = len(self.nodes) - 1
         if len(time) > 1 and (places != places[0]).any():
-            self._channel(here, "translation", time, places.astype(np.float32))
+            self._channel(here, "translation", time, _single(places, f"object {name!r}"))
         if len(time) > 1 and (turns != turns[0]).any():
             self._channel(here, "rotation", time, _unit32(_xyzw(turns)))
         self._presence(here, node, track)
@@ -112,7 +116,7 @@ class _Document:
         self._channel(node, "scale", self.record.time, np.repeat(size[:, None], 3, axis=1), "STEP")
 
     def _channel(self, node: int, path: str, time: FloatArray, values: Any, how: str = "LINEAR") -> None:
-        seconds = (time - self.record.time[0]).astype(np.float32)
+        seconds = _single(time - self.record.time[0], "the times")
         keep = np.concatenate([[True], np.diff(seconds) > 0.0])  # several frames of one time: glTF has one
         seconds, values = seconds[keep], values[keep]
         key = seconds.tobytes()
@@ -132,7 +136,9 @@ class _Document:
             if made is None:
                 return None
             vertices, faces = made
-            corners = self._accessor(vertices.astype(np.float32), "VEC3", _FLOAT, _VERTICES, bounds=True)
+            corners = self._accessor(
+                _single(vertices, f"shape {described.get('kind')!r}"), "VEC3", _FLOAT, _VERTICES, bounds=True
+            )
             self.shapes[key] = corners, self._accessor(faces.astype(np.uint32).reshape(-1), "SCALAR", _UINT, _INDICES)
         corners, indices = self.shapes[key]
         primitive = {
@@ -142,9 +148,10 @@ class _Document:
             "mode": 4,
         }
         table = {"name": described.get("kind", "shape"), "primitives": [primitive]}
-        if table not in self.meshes:
+        found = self.known.setdefault((key, colour), len(self.meshes))
+        if found == len(self.meshes):
             self.meshes.append(table)
-        return self.meshes.index(table)
+        return found
 
     def _triangles(self, row: Table) -> tuple[FloatArray, Any] | None:
         if is_plane(row):
@@ -221,6 +228,13 @@ def _xyzw(turns: FloatArray) -> FloatArray:
 def _unit32(turns: FloatArray) -> Any:
     single = turns.astype(np.float32)
     return (single / np.linalg.norm(single.astype(np.float64), axis=1)[:, None]).astype(np.float32)
+
+
+def _single(values: FloatArray, what: str) -> Any:
+    """``values`` in the precision of the file. Raises `RecordError`."""
+    if values.size and not float(np.abs(values).max()) < LARGEST:
+        raise RecordError(f"{what}: {float(np.abs(values).max()):g} is beyond what a glTF file holds, {LARGEST:.3g}")
+    return values.astype(np.float32)
 
 
 def _numbers(values: FloatArray) -> list[float]:
