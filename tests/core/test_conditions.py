@@ -888,3 +888,18 @@ def test_a_condition_nobody_armed_costs_nothing(engine: xp.PhysicsEngine) -> Non
     engine.run(until=100.0)
     report = engine.explain().data
     assert report["events"]["handled"] == 0 and report["contacts"] is None and report["conditions"] == []
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: when.Elapsed(True), r"Elapsed\(seconds=True\): a finite time"),
+        (lambda: when.Elapsed(False), r"Elapsed\(seconds=False\): a finite time"),
+        (lambda: when.Steps(n=True), r"Steps\(n=True\): a whole number"),
+        (lambda: when.Steps(n=False), r"Steps\(n=False\): a whole number"),
+        (lambda: when.Steps(n=0.5), r"Steps\(n=0.5\): a whole number"),
+    ],
+)
+def test_a_truth_is_no_number(make: Callable[[], Any], said: str) -> None:
+    with pytest.raises(xp.errors.InvalidValueError, match=said):
+        make()

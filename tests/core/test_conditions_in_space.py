@@ -403,3 +403,30 @@ def test_what_belongs_elsewhere_is_refused() -> None:
     with pytest.raises(InvalidValueError):
         there.add_observer(xp.Probe("p"))  # type: ignore[arg-type]
     assert here.containers == () and here.observers == ()
+
+
+@pytest.mark.parametrize("kind", ["observer", "probe"])
+def test_a_point_that_was_taken_out_is_asked_no_further_and_may_come_back(kind: str) -> None:
+    engine = xp.PhysicsEngine()
+    room = xp.Region(xp.Sphere(1.0))
+    entered, left = (when.ProbeEnter, when.ProbeExit) if kind == "probe" else (when.ObserverEnter, when.ObserverExit)
+    law = listen(engine, entered(room) | left(room))
+    point = xp.Probe("tip", position=(5, 0, 0)) if kind == "probe" else xp.Observer("eye", position=(5, 0, 0))
+    put, take = getattr(engine, f"add_{kind}"), getattr(engine, f"remove_{kind}")
+    assert put(point) is point and point.engine is engine
+    engine.run(until=0.5)
+    point.position = (0, 0, 0)
+    engine.run(until=1.0)
+    take(point)
+    assert point.engine is None
+    with pytest.raises(xp.errors.OwnershipError, match=point.name):
+        take(point)
+    told = len(law.events)
+    point.position = (5, 0, 0)
+    engine.run(until=2.0)
+    assert told == len(law.events) and isinstance(law.events[0].fired[0][0], entered)
+    put(point)
+    engine.run(until=2.5)
+    point.position = (0.5, 0, 0)
+    engine.run(until=3.0)
+    assert isinstance(law.events[-1].fired[0][0], entered) and law.events[-1].time == 2.5

@@ -63,3 +63,10 @@ def test_a_region_out_of_reach_is_not_entered(shape: xp.Shape, far: float, radiu
 def test_a_hull_with_faces_is_made_of_its_corners_and_has_a_thickness(points: Any, faces: Any, said: str) -> None:
     with pytest.raises(InvalidValueError, match=said):
         xp.Hull(points, faces)
+
+
+def test_a_long_value_in_a_region_makes_no_long_error() -> None:
+    region = f'{{"kind": "RegionActive", "region": {{"shape": "box", "size": [1, 1, "{"a" * 5000}"]}}}}'
+    with pytest.raises(SceneError) as told:
+        loads(f'{{"xpheve": 1, "containers": [{{"name": "c", "condition": {region}}}]}}', "json")
+    assert len(str(told.value)) < 3000

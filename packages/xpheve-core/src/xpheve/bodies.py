@@ -115,10 +115,6 @@ class Bodies:
             self.columns[name] = np.full(self.capacity, default)
         return self.columns[name]
 
-    def drop_column(self, name: str) -> None:
-        """Forget the extra column ``name``."""
-        del self.columns[name], self.defaults[name]
-
     def get(self, name: str, row: int) -> tuple[float, ...]:
         """The stored values of ``row`` as floats."""
         return tuple(self.arrays[name][:, row].tolist())

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from xpheve.errors import MeshError
+from xpheve.meshes.parts import turned_parts
 from xpheve.shapes.polyhedron import Array, Indices, doubled_areas, is_closed, mass_properties
 
 LARGEST = 1e30
@@ -27,7 +28,8 @@ def repaired(vertices: Any, faces: Any, what: str = "mesh") -> Repaired:
     """Vertices and triangles that a `xpheve.Mesh` takes.
 
     Vertices at the same place are joined; triangles that have no area, come twice or name no vertex are left out, and vertices
-    that none needs; neighbours that wind against one another are turned; a closed mesh wound inwards is turned round.
+    that none needs; neighbours that wind against one another are turned; of a closed mesh, parts wound inwards
+    are turned round unless they are cavities of others (see `xpheve.meshes.parts`).
 
     Raises
     ------
@@ -69,9 +71,8 @@ def repaired(vertices: Any, faces: Any, what: str = "mesh") -> Repaired:
     used = np.unique(corners)
     corners, places = np.searchsorted(used, corners), places[used]
     corners = _wound_alike(corners, places, said)
-    if is_closed(places, corners) and mass_properties(places, corners).volume < 0.0:
-        corners = np.ascontiguousarray(corners[:, ::-1])
-        said.append("wound inwards: all triangles turned round")
+    if is_closed(places, corners):
+        corners = turned_parts(places, corners, said)
     return Repaired(places, corners, tuple(said), tuple(tidied))
 
 

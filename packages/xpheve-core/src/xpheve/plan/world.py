@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import ContactError, LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant
@@ -842,10 +842,6 @@ class World:
                 transaction.forced.add(obj)
             if obj in transaction.forced:
                 self.sum_forces(obj)
-
-    def contact_error(self, message: str) -> ContactError:
-        """The error of a contact that cannot be resolved."""
-        return ContactError(message)
 
 
 class _ForceEnd:

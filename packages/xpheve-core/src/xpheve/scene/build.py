@@ -256,7 +256,7 @@ class _Building:
             except ValueError as wrong:
                 if isinstance(wrong, SceneError):
                     raise
-                raise self.source.wrong((*path, key), str(wrong)) from None
+                raise self.source.wrong((*path, key), clip(str(wrong), LONGEST_TEXT)) from None
         for key in required(kind):
             if key not in given:
                 said = (

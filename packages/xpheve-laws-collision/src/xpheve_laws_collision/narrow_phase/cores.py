@@ -7,7 +7,6 @@ Environments, 2003, chapter 4). A plane is the half space behind it.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -219,8 +218,3 @@ def _posed(position: Vec, orientation: Quat, inner: Any, turned: Any) -> tuple[V
     q = (float(turned[0]), float(turned[1]), float(turned[2]), float(turned[3]))
     where = (position[0] + moved[0], position[1] + moved[1], position[2] + moved[2])
     return where, normalize(multiply(orientation, q))
-
-
-def size_of(cores: tuple[Core, ...]) -> float:
-    """The greatest reach [m]."""
-    return max((core.reach for core in cores), default=math.nan)
