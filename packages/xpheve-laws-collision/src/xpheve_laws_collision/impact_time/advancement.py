@@ -29,6 +29,7 @@ from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere
 Array = NDArray[np.float64]
 
 STEPS = 2_000  # of one search
+FAST = 1e140  # [m/s]: squares of more than this are near the end of floats
 FAR = 1.01  # bounding spheres this much larger decide how far a search may jump
 
 
@@ -178,6 +179,13 @@ def _step(pair: Pair, t: float, stand: Stand, w: Vec, window: float) -> float:
         rate_w, pull = norm(w), norm(acceleration)
         far = norm(stand.moved) + window * (norm(v) + 0.5 * window * pull)
         bend += pull + 2.0 * rate_w * (norm(v) + window * pull) + rate_w * rate_w * far
+    if not bend < math.inf:
+        if w != (0.0, 0.0, 0.0):
+            return 0.0  # the fixed direction tells
+        raise ContactError(
+            f"bodies turn at {a.angular_velocity} and {b.angular_velocity} rad/s: no float holds the square of such a rate, "
+            "so it is not known when they touch"
+        )
     gaps = np.maximum(gaps, 0.0)
     s = _first_root(gaps, slopes, bend)
     if stand.separation <= stand.touch and s * s * bend < stand.touch:
@@ -203,12 +211,17 @@ def _bends(pair: Pair, t: float, window: float, stand: Stand, w: Vec) -> float:
         if path.steady and w == (0.0, 0.0, 0.0):
             total += norm(cross(stand.normal, omega)) * norm(omega) * reach
         else:
-            total += (change + (rate + norm(w)) ** 2) * reach
+            most = rate + norm(w)
+            total += (change + most * most) * reach
     return total
 
 
 def _first_root(gaps: Array, slopes: Array, bend: float) -> float:
     """The least positive s at which some gap + slope s - bend s^2 / 2 is 0; infinite if none is."""
+    fastest = float(np.abs(slopes).max())
+    if FAST < fastest < math.inf:
+        unit = math.ldexp(1.0, -math.frexp(fastest)[1])  # [s]
+        return unit * _first_root(gaps, slopes * unit, bend * unit * unit)
     inside = slopes * slopes + 2.0 * bend * gaps
     falling = slopes < 0.0
     root = np.sqrt(np.maximum(inside, 0.0))

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 class Path:
     """The flight of a mover: constant acceleration, and the rotation that the steppers read.
 
-    Bounds on the rotation: free of torque the kinetic energy T and the angular momentum L are kept, so that with the
-    least moment I the rate is at most sqrt(2 T / I) and |L| / I; what bends it, by Euler's equations, is at most
-    max |I_j - I_k| / I_i of its square.
+    Bounds on the rotation: free of torque 2 T = sum I_i w_i^2 and L^2 = sum I_i^2 w_i^2 are kept, and so are 2 T I_max - L^2
+    and L^2 - 2 T I_min, sums of squares both: each component w_i is bounded by each of them, and by 2 T. What bends it
+    follows by Euler's equations.
     """
 
     def __init__(self, mover: Mover) -> None:
@@ -39,6 +39,8 @@ class Path:
         self._last: tuple[float, Mover] = (0.0, mover)
         if self.way == FREE:
             self.constants = prepare(mover.orientation, mover.angular_velocity, mover.inertia)
+        self._kicked = norm(mover.torque) != 0.0 and min(mover.inertia) > 0.0
+        """Whether a torque turns it: what has no inertia is turned by none."""
         self.steady = self.way == RESTING or (self.way == FREE and self.constants[0] == STEADY)
         """Whether the angular velocity is constant in the world."""
         self._free = (norm(mover.angular_velocity), 0.0) if self.steady else self._free_bounds(mover.angular_velocity)
@@ -74,7 +76,7 @@ class Path:
 
     def window(self, s: float) -> float:
         """How long [s] after ``s`` the bounds are asked for at a time: a torque at most doubles the rate, or turns by a radian."""
-        if norm(self.start.torque) == 0.0:
+        if not self._kicked:
             return math.inf
         kick = norm(self.start.torque) / min(self.start.inertia)
         return max(norm(self.start.angular_velocity) / kick + s, 1.0 / math.sqrt(kick))
@@ -85,7 +87,7 @@ class Path:
         Under a torque that is not about the axis of a steady spin the orientation follows a formula of second order
         and not a motion; its own rate is taken to be at most twice that of the motion (not proven).
         """
-        if norm(self.start.torque) == 0.0:
+        if not self._kicked:
             return self._free
         kick = norm(self.start.torque) / min(self.start.inertia)
         if self.way == PRINCIPAL:
@@ -100,10 +102,25 @@ class Path:
         if least <= 0.0:
             return norm(omega), 0.0
         w = rotate_inverse(self.start.orientation, omega)
-        energy = moments[0] * w[0] ** 2 + moments[1] * w[1] ** 2 + moments[2] * w[2] ** 2
-        momentum = norm((moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]))
-        rate = min(math.sqrt(energy / least), momentum / least) * (1.0 + 1e-12)
-        return rate, (most - least) / least * rate * rate
+        squares = [c * c for c in w]
+        energy = math.fsum(i * c for i, c in zip(moments, squares, strict=True))
+        above = math.fsum(i * (most - i) * c for i, c in zip(moments, squares, strict=True))
+        below = math.fsum(i * (i - least) * c for i, c in zip(moments, squares, strict=True))
+        slack = 1e-12 * norm(omega)
+        top = [slack, slack, slack]
+        for k, i in enumerate(moments):
+            found = [energy / i]
+            if i < most:
+                found.append(above / (i * (most - i)))
+            if i > least:
+                found.append(below / (i * (i - least)))
+            top[k] += math.sqrt(min(found)) * (1.0 + 1e-12)
+        bent = (
+            abs(moments[1] - moments[2]) / moments[0] * top[1] * top[2],
+            abs(moments[2] - moments[0]) / moments[1] * top[2] * top[0],
+            abs(moments[0] - moments[1]) / moments[2] * top[0] * top[1],
+        )
+        return norm((top[0], top[1], top[2])), norm(bent)
 
 
 def angular_acceleration(mover: Mover) -> Vec:

@@ -2,8 +2,9 @@
 
 import math
 
+from xpheve.errors import ContactError
 from xpheve.kernels.polynomial import derivative, difference_of_products, first_crossing, value
-from xpheve.kernels.vector import Vec, dot, norm
+from xpheve.kernels.vector import Vec, dot, norm, scale
 
 
 def offset_at(d0: Vec, d1: Vec, d2: Vec, s: float) -> Vec:
@@ -76,6 +77,23 @@ def polished(
     return best
 
 
+FAST = 1e150  # [m^2/s^2] of a speed squared: the squares of these are near the end of floats
+
+
+def unit_of_time(d1: Vec) -> float:
+    """A power of two [s] in which fast bodies go about 1 m: in it their squares are numbers, and no bit is lost.
+
+    Raises
+    ------
+    ContactError
+        If a component of ``d1`` [m/s] is infinite, or not a number.
+    """
+    fastest = max(map(abs, d1))
+    if not fastest < math.inf:
+        raise ContactError(f"bodies meet at {d1} m/s, which no float holds: let them go slower")
+    return math.ldexp(1.0, -math.frexp(fastest)[1])
+
+
 def sphere_sphere(
     d0: Vec,
     d1: Vec,
@@ -109,6 +127,10 @@ def sphere_sphere(
     The gap at the time returned is within a few units in the last place of the lengths at hand. Whether a
     graze is a hit is decided to rounding: of the miss distance where d2 is 0, else of |d|^2.
     """
+    if not dot(d1, d1) < FAST:
+        unit = unit_of_time(d1)
+        slow, bend = scale(d1, unit), scale(scale(d2, unit), unit)
+        return unit * sphere_sphere(d0, slow, bend, distance, touch, still * unit, horizon / unit)
     r = norm(d0)
     gap = r - distance
     along = dot(d0, d1)
@@ -188,6 +210,10 @@ def sphere_sphere_leaves(
     Units as in `sphere_sphere`. A gap of exactly 0 that opens leaves at 0; a positive gap has to close first.
     To touch 0 from inside and fall back is not to leave.
     """
+    if not dot(d1, d1) < FAST:
+        unit = unit_of_time(d1)
+        slow, bend = scale(d1, unit), scale(scale(d2, unit), unit)
+        return unit * sphere_sphere_leaves(d0, slow, bend, distance, horizon / unit)
     c = separation_polynomial(d0, d1, d2, distance)
     if c[0] == 0.0 and (c[1] > 0.0 or (c[1] == 0.0 and c[2] > 0.0)):
         return 0.0

@@ -54,8 +54,11 @@ class Gap(NamedTuple):
 
 
 def still_speed(speeds: float, acceleration: float) -> float:
-    """Speed [m/s] along the normal that counts as none, beside ``speeds`` and under ``acceleration`` along the normal."""
-    return STILL * speeds + BRIEF * abs(acceleration)
+    """Speed [m/s] along the normal that counts as none, beside ``speeds`` and under ``acceleration`` along the normal.
+
+    Only a closing acceleration turns anything back: that of a fast body flying past curves away, and grows with its speed squared.
+    """
+    return STILL * speeds + BRIEF * max(0.0, -acceleration)
 
 
 class Family(Protocol):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from xpheve.kernels.vector import add, dot, norm, scale, sub
 from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere, sphere_sphere_leaves
 from xpheve_laws_collision.narrow_phase import TOUCH, ULPS, Gap, Mover, still_speed
@@ -19,6 +21,8 @@ class SphereSphere:
         normal = scale(d, 1.0 / length) if length > 0.0 else (0.0, 0.0, 1.0)
         speed = dot(normal, v)
         across = dot(v, v) - speed * speed
+        if not across < math.inf:  # beyond the range of floats
+            across = math.inf if any(sub(v, scale(normal, speed))) else 0.0
         bend = across / length if length > 0.0 else 0.0
         touch = TOUCH * distance + ULPS * (norm(a.position) + norm(b.position))
         gap = length - distance
