@@ -51,9 +51,7 @@ def extent_of(shape: Any) -> Extent:
 
 
 def _extent(shape: Any) -> Extent:
-    if shape.kind in ("plane", "mesh") or getattr(shape, "radius", 1.0) == 0.0:
-        return NONE
-    if shape.kind == "compound" and _has_mesh(shape):
+    if shape.kind == "plane" or has_mesh(shape) or getattr(shape, "radius", 1.0) == 0.0:
         return NONE
     reach = float(shape.reach)
     if not SMALLEST <= reach <= LARGEST:
@@ -86,10 +84,9 @@ def _most(core: Core) -> float:
     return FLAT * float((heights.max(axis=0) - heights.min(axis=0)).min())
 
 
-def _has_mesh(shape: Any) -> bool:
-    return any(
-        part.shape.kind == "mesh" or (part.shape.kind == "compound" and _has_mesh(part.shape)) for part in shape.parts
-    )
+def has_mesh(shape: Any) -> bool:
+    """Whether ``shape`` is a mesh, or has one among its parts."""
+    return shape.kind == "mesh" or (shape.kind == "compound" and any(has_mesh(part.shape) for part in shape.parts))
 
 
 def too_far_apart(large: Any, small: Any) -> str:

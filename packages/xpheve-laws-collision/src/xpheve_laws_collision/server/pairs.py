@@ -17,7 +17,7 @@ from xpheve.steppers.contract import ContactServer
 from xpheve_laws_collision.broad_phase import BroadPhase
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
-from xpheve_laws_collision.narrow_phase.limits import extent_of, too_far_apart
+from xpheve_laws_collision.narrow_phase.limits import extent_of, has_mesh, too_far_apart
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
@@ -138,6 +138,10 @@ class Pairs(ContactServer):
                 self._planes[shape] = Plane(self.world.up_vector, shape.offset)
             return self._planes[shape]
         return shape
+
+    def _has_mesh(self, pair: Pair) -> bool:
+        """Whether a mesh, or a compound with one among its parts, is one of ``pair``: a ball may touch it at several places."""
+        return any(has_mesh(self._shape(obj)) for obj in pair)
 
     def _family(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Family, bool]:
         kinds = (self._shape(a).kind, self._shape(b).kind)
