@@ -297,7 +297,6 @@ def test_a_ball_that_bounces_inside_a_turned_mesh_never_gets_out(name: str, far:
             assert all(abs(c) <= limit - radius + 1e-9 for c, limit in zip(inside, limits, strict=True))
 
 
-@pytest.mark.xfail(strict=False, reason="the server asks for no impact of a pair that touches and is still")
 def test_a_ball_that_slides_on_the_floor_of_a_mesh_meets_its_wall() -> None:
     engine = xp.PhysicsEngine()
     bounce = engine.add_law("collision:elastic", restitution=1.0)

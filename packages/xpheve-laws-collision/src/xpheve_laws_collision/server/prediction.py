@@ -160,6 +160,8 @@ class Prediction(Standing):
                 return 0.0, self._meet
             if loaded and answered:
                 return 0.0, self._settle
+            if self._has_mesh(pair):
+                return self._search(family, one, two, gap, horizon)  # another face may be in the way
             return math.inf, self._leave
         if pair in self.touching and gap.separation > gap.touch:
             return 0.0, self._leave
