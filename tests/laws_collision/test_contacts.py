@@ -164,3 +164,17 @@ def test_the_servers_choice_survives_a_checkpoint_at_any_moment() -> None:
         engine.run(until=until)
         engine = xp.PhysicsEngine.restore(engine.checkpoint())
     assert [(o.position, o.velocity) for o in engine.objects] == [(o.position, o.velocity) for o in whole.objects]
+
+
+@pytest.mark.parametrize("names", [("b", "a"), ("a", "b")])
+@pytest.mark.parametrize("floor_first", [False, True])
+def test_the_error_says_which_of_two_rests_on_which(names: tuple[str, str], floor_first: bool) -> None:
+    engine = xp.PhysicsEngine(up="z")
+    gravity = engine.add_law("basic:planet_gravity")
+    bounce = engine.add_law("collision:elastic", restitution=0.5)
+    box = xp.PhysicalObject(xp.Box((1, 1, 1)), position=(0, 0, 0.5), name=names[0])
+    floor = xp.PhysicalObject(xp.Plane(), fixed=True, name=names[1])
+    for obj in (floor, box) if floor_first else (box, floor):
+        engine.add_object(obj, laws=[bounce] if obj is floor else [gravity, bounce])
+    with pytest.raises(ContactError, match=rf"'{names[0]}' Box.* rests on .*'{names[1]}' Plane"):
+        engine.run(until=1.0)

@@ -29,8 +29,8 @@ class ImpactInstant(Generations):
         return found
 
     def find_points(self, pair: Pair) -> list[Gap]:
-        if self.turns(pair):
-            return self.server._points(pair, self.world.time)
+        if self.turns(pair) or self.server._has_mesh(pair):
+            return self.server._points(pair, self.world.time)  # each face of an edge or corner pushes for itself
         return [self.server._gap(pair, self.world.time)]
 
     def around(self, moved: set[PhysicalObject], pairs: list[Pair]) -> list[Pair]:

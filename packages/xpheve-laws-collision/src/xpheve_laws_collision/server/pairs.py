@@ -17,6 +17,7 @@ from xpheve.steppers.contract import ContactServer
 from xpheve_laws_collision.broad_phase import BroadPhase
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
+from xpheve_laws_collision.narrow_phase.limits import extent_of, has_mesh, too_far_apart
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
@@ -75,6 +76,10 @@ class Pairs(ContactServer):
         self._families: dict[tuple[str, str], tuple[Family, bool]] = {}
         self._planes: dict[Plane, Plane] = {}
         self._kinds: dict[Any, set[tuple[str, bool]]] = {}
+        self._extents: dict[Any, dict[bool, tuple[float, float]]] = {}
+        """By law, of fixed objects and of others: the greatest reach, and the least that one of them allows [m]."""
+        self.looked: dict[Pair, tuple[Instant, int]] = {}
+        """Searches that had to be taken up again: the last, and how many in a row hardly moved on; a guard, that changes no motion."""
 
     def check(self, obj: PhysicalObject, laws: Sequence[Any]) -> None:
         own = (self._shape(obj).kind, obj.fixed)
@@ -94,6 +99,32 @@ class Pairs(ContactServer):
                     except ContactError as error:
                         raise ContactError(f"{obj!r} under {law!r}: {error}") from None
             kinds.add(own)
+            self._check_sizes(obj, law)
+
+    def _check_sizes(self, obj: PhysicalObject, law: Any) -> None:
+        """Refuse shapes that floats cannot tell apart, alone or beside those that are there."""
+        shape = self._shape(obj)
+        try:
+            reach, most = extent_of(shape)
+        except ContactError as error:
+            raise ContactError(f"{obj!r} under {law!r}: {error}") from None
+        known = self._extents.setdefault(law, {})
+        if obj.fixed not in known:
+            known[obj.fixed] = (0.0, math.inf)
+        for fixed, (largest, least) in known.items():
+            if (obj.fixed and fixed) or (largest <= most and reach <= least):
+                continue
+            # Of those that are gone, too: see who is there.
+            for one in self.world.mapping.objects(law):
+                other = self._shape(one)
+                if one is obj or (obj.fixed and one.fixed):
+                    continue
+                size, limit = extent_of(other)
+                if size > most or reach > limit:
+                    large, small = (other, shape) if size > most else (shape, other)
+                    raise ContactError(f"{obj!r} and {one!r} under {law!r}: {too_far_apart(large, small)}")
+        largest, least = known[obj.fixed]
+        known[obj.fixed] = (max(largest, reach), min(least, most))
 
     def _pair(self, a: PhysicalObject, b: PhysicalObject) -> Pair:
         return (a, b) if a.rank < b.rank else (b, a)
@@ -107,6 +138,10 @@ class Pairs(ContactServer):
                 self._planes[shape] = Plane(self.world.up_vector, shape.offset)
             return self._planes[shape]
         return shape
+
+    def _has_mesh(self, pair: Pair) -> bool:
+        """Whether a mesh, or a compound with one among its parts, is one of ``pair``: a ball may touch it at several places."""
+        return any(has_mesh(self._shape(obj)) for obj in pair)
 
     def _family(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Family, bool]:
         kinds = (self._shape(a).kind, self._shape(b).kind)

@@ -13,12 +13,13 @@ from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
-from xpheve_laws_collision.impact_time.advancement import UndecidedError
+from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
 
+LOOKS = 3  # searches of one pair in a row that hardly moved on
 REPEATS = 2_000  # impacts of one pair at one instant; more do not end
 
 
@@ -159,6 +160,8 @@ class Prediction(Standing):
                 return 0.0, self._meet
             if loaded and answered:
                 return 0.0, self._settle
+            if self._has_mesh(pair):
+                return self._search(family, one, two, gap, horizon)  # another face may be in the way
             return math.inf, self._leave
         if pair in self.touching and gap.separation > gap.touch:
             return 0.0, self._leave
@@ -180,7 +183,14 @@ class Prediction(Standing):
         return gap.still < gap.speed and gap.speed * gap.speed < -2.0 * gap.acceleration * gap.touch
 
     def removed(self, obj: PhysicalObject, row: int, moved: int) -> None:
-        tables: tuple[dict[Pair, Any], ...] = (self.touching, self.inside, self.collapsing, self.queued, self.told)
+        tables: tuple[dict[Pair, Any], ...] = (
+            self.touching,
+            self.inside,
+            self.collapsing,
+            self.queued,
+            self.told,
+            self.looked,
+        )
         for table in tables:
             for pair in [pair for pair in table if obj in pair]:
                 del table[pair]
@@ -245,7 +255,30 @@ class Prediction(Standing):
     def _look_again(self, entries: list[Entry]) -> None:
         """Pairs whose search had shown that there is nothing until now."""
         self._keep()
-        self._again([(pair, self._gap(pair, self.world.time), 0.0) for pair in [pair_of(one, self) for one in entries]])
+        pairs = [pair_of(one, self) for one in entries]
+        for pair in pairs:
+            self._count_looks(pair)
+        self._again([(pair, self._gap(pair, self.world.time), 0.0) for pair in pairs])
+
+    def _count_looks(self, pair: Pair) -> None:
+        """Refuse a pair whose searches hardly move on: each ends before the bodies have moved by the size of the smaller one."""
+        now = self.world.time
+        last, count = self.looked.get(pair, (NEVER, 0))
+        one, two = self._mover(pair[0], now), self._mover(pair[1], now)
+        size = min(reach for mover in (one, two) if 0.0 < (reach := getattr(mover.shape, "reach", 0.0)))
+        speed = math.dist(one.velocity, two.velocity)
+        for mover in (one, two):
+            if any(mover.angular_velocity):
+                speed += math.hypot(*mover.angular_velocity) * mover.shape.reach
+        slow = last != NEVER and speed * elapsed(now, last) < size
+        count = count + 1 if slow else 0
+        self.looked[pair] = (now, count)
+        if count >= LOOKS:
+            raise ContactError(
+                f"{pair[0]!r} and {pair[1]!r}: when they meet after t = {now[0]} s is not found: {LOOKS} searches of {STEPS} steps got "
+                "no farther than their size. Their sizes differ too much, or they turn too close to each other: make the large or "
+                "long one of several smaller ones or a Plane, or the small one a Sphere, or do not map both objects to the collision law"
+            )
 
     def _search_leave(self, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float) -> tuple[float, Any]:
         """When what overlaps, or touches and goes in, is apart."""

@@ -112,8 +112,9 @@ class Standing(Telling):
         alone = ball not in self.supports and ball not in self.held
         if not (family.rests and ground.fixed and alone):
             if not hold:
+                upper, lower = self._pressed(pair)
                 raise ContactError(
-                    f"{a!r} rests on {b!r} at t = {world.time[0]} s, and "
+                    f"{upper!r} rests on {lower!r} at t = {world.time[0]} s, and "
                     + (
                         "has a second support"
                         if not alone
@@ -142,6 +143,15 @@ class Standing(Telling):
         world.put_reaction(ball, self, "support", tuple(needed * c for c in support.outward))
         if began:
             self._tell(when.ContactBegin, [(pair, gap if not swapped else flipped(gap), 0.0)])
+
+    def _pressed(self, pair: Pair) -> Pair:
+        """``pair`` as who is pressed onto whom: first the one that accelerates more into the other."""
+        a, b = pair
+        n = self._gap(pair, self.world.time).normal
+        into, back = (
+            math.fsum(c * k for c, k in zip(self.world.flight(obj._row).acceleration, n, strict=True)) for obj in pair
+        )
+        return (b, a) if -back > into else (a, b)
 
     def _hold(self, obj: PhysicalObject) -> None:
         """Stop ``obj`` where it is, and cancel what acts on it."""
