@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import InvalidValueError, LawFailedError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, UnknownLawError, XpheveWarning
 
 
 def pushed(force: Callable[[Any], Any], count: int) -> list[Any]:
@@ -171,3 +171,42 @@ def test_a_misspelt_column_is_warned_of_when_its_law_is_met() -> None:
 def test_a_parameter_without_unit_is_said_without_one() -> None:
     with pytest.raises(InvalidValueError, match=r"restitution = 1\.5: must be <= 1"):
         xp.PhysicsEngine().add_law("collision:elastic", restitution=1.5)
+
+
+# Slips of the pen at the engine's own doors
+
+
+@pytest.mark.parametrize(
+    "slip", [lambda a, b: a and b, lambda a, b: a or b, lambda a, b: not a], ids=["and", "or", "not"]
+)
+def test_conditions_are_not_joined_by_words(slip: Any) -> None:
+    with pytest.raises(InvalidValueError, match=r"a & b"):
+        slip(xp.when.Started(), xp.when.Elapsed(1.0))
+
+
+def test_an_engine_refuses_what_it_has_not() -> None:
+    engine = xp.PhysicsEngine()
+    with pytest.raises(InvalidValueError, match=r"no 'gravity'.*add_law"):
+        engine.gravity = 1.0
+
+    class Mine(xp.PhysicsEngine):
+        pass
+
+    mine = Mine()
+    mine.score = 3
+    assert mine.score == 3
+
+
+def test_arguments_the_wrong_way_round_say_so() -> None:
+    engine = xp.PhysicsEngine()
+    ball = xp.PhysicalObject()
+    with pytest.raises(InvalidValueError, match="add_object takes one"):
+        engine.add_objects(ball)
+    law = engine.add_law("basic:planet_gravity")
+    engine.add_object(ball)
+    with pytest.raises(InvalidValueError, match="the object comes first"):
+        engine.map(law, ball)
+    with pytest.raises(InvalidValueError, match=r"LawContainer\(Impact"):
+        engine.add_law("collision:elastic", container=xp.when.Impact())
+    with pytest.raises(UnknownLawError, match=r"Add it first: engine.add_law\('basic:wind'\)"):
+        engine.add_object(xp.PhysicalObject(), laws=["basic:wind"])

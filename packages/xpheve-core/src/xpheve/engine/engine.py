@@ -66,6 +66,14 @@ class PhysicsEngine(Running, Handles, Objects):
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if type(self) is PhysicsEngine and not name.startswith("_") and not hasattr(type(self), name):
+            raise InvalidValueError(
+                f"engine.{name} = {value!r}: an engine has no {name!r}. What acts is a law: engine.add_law(...), law.parameter = ...; "
+                "attributes of your own go into a subclass"
+            )
+        super().__setattr__(name, value)
+
     def _renew(self, world: World) -> None:
         """Take up ``world``."""
         self._world = world

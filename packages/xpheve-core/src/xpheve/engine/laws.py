@@ -8,6 +8,7 @@ from typing import Any
 from xpheve.engine.hosting import Hosting
 from xpheve.errors import InvalidValueError, LawDefinitionError, OwnershipError
 from xpheve.laws import ContinuousLaw, LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws.conditions import Condition
 from xpheve.plan import scenery
 from xpheve.plan.wakeups.references import check_references
 from xpheve.realtime.doors import door
@@ -90,7 +91,12 @@ class Laws(Hosting):
             return container
         if container is not None and not isinstance(container, str):
             if not (isinstance(container, type) and issubclass(container, LawContainer)):
-                raise InvalidValueError(f"container = {container!r}: give a LawContainer, its class, or its id")
+                hint = (
+                    f"; a condition goes into one: LawContainer({container})"
+                    if isinstance(container, Condition)
+                    else ""
+                )
+                raise InvalidValueError(f"container = {container!r}: give a LawContainer, its class, or its id{hint}")
         if container is None:
             if law.container:
                 container = law.container
@@ -132,7 +138,8 @@ class Laws(Hosting):
     def _check_container(self, container: LawContainer) -> None:
         """Raise if ``container`` cannot be added."""
         if not isinstance(container, LawContainer):
-            raise InvalidValueError(f"container = {container!r}: give a LawContainer")
+            hint = f"; a condition goes into one: LawContainer({container})" if isinstance(container, Condition) else ""
+            raise InvalidValueError(f"container = {container!r}: give a LawContainer{hint}")
         if container.engine is not None:
             raise OwnershipError(f"{container!r} is in another engine")
         if container.condition is None and not container.is_polled:

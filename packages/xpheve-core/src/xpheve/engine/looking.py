@@ -99,7 +99,8 @@ class Looking(Control):
         if found:
             raise UnknownLawError(f"{len(found)} laws here are {name!r}: give them names, and ask by name")
         at_hand = ", ".join(law.name or law.label() for law in self._world.laws) or "none"
-        raise UnknownLawError(f"no law here is {name!r}; at hand: {at_hand}")
+        hint = f". Add it first: engine.add_law({name!r})" if ":" in str(name) else ""
+        raise UnknownLawError(f"no law here is {name!r}; at hand: {at_hand}{hint}")
 
     @look
     def laws_of(self, obj: PhysicalObject) -> tuple[PhysicalLaw, ...]:
@@ -168,6 +169,10 @@ class Looking(Control):
 
     def _check_own(self, obj: PhysicalObject) -> None:
         if not isinstance(obj, PhysicalObject) or obj._engine is not self:
+            if isinstance(obj, PhysicalLaw):
+                raise InvalidValueError(
+                    f"{obj!r} stands where an object is needed: the object comes first, then the law"
+                )
             raise OwnershipError(f"{obj!r} is not in this engine: add it with engine.add_object")
 
     def _structurally(self, act: Callable[[], None]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from xpheve.engine.laws import Laws
+from xpheve.errors import InvalidValueError
 from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve.laws import PhysicalLaw
@@ -36,6 +37,8 @@ class Objects(Laws):
         ConflictError
             If two of the laws exclude one another.
         """
+        if isinstance(objects, PhysicalObject):
+            raise InvalidValueError(f"add_objects({objects!r}): many are needed, as a list; add_object takes one")
         added = tuple(objects)
         obeyed = [self._own_law(law) for law in ([laws] if isinstance(laws, (str, PhysicalLaw)) else laws)]
         scenery.check_objects(self._world, self, added, obeyed)

@@ -218,7 +218,7 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
             world.mark(obj)
         _forget_sources(world, law)
     elif isinstance(law, ResponseLaw) or any(
-        c.condition and c.condition.served_by == "contacts" for c in law.containers
+        c.condition is not None and c.condition.served_by == "contacts" for c in law.containers
     ):
         with world.instant() as transaction:
             transaction.refresh.update(objects)

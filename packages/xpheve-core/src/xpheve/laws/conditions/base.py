@@ -31,6 +31,13 @@ class Condition:
         """Whether it holds for a while, rather than at instants."""
         return False
 
+    def __bool__(self) -> bool:
+        """Refused: `and`, `or` and `not` would ask for it, and leave one of two conditions out without a word."""
+        raise InvalidValueError(
+            f"{self} is neither true nor false by itself: combine conditions with a & b, a | b, ~a (not and, or, not); "
+            "whether there is one is asked with `is None`"
+        )
+
     def __or__(self, other: Any) -> AnyOf:
         from xpheve.laws.combinations import AnyOf, joined
 
