@@ -45,6 +45,8 @@ class Handles(Looking):
         world = self._world
         if name == "inertia" and not any(value) and any(any(one.force.torque) for one in world.forces.on(obj)):
             raise InvalidValueError(f"{obj!r}: inertia = {value} while a torque acts on it; remove the torque first")
+        if name == "angular_velocity" and world.contacts is not None:
+            world.contacts.check_turning(obj, value)
         with world.instant() as transaction:
             transaction.write(obj, name, value)
             if name in STATE_WIDTHS:

@@ -200,6 +200,9 @@ class ContactServer(ABC):
     def check(self, obj: Any, laws: Sequence[Any]) -> None:
         """Raise `ContactError` if contacts of ``obj`` with others under ``laws`` could not be found."""
 
+    def check_turning(self, obj: Any, spin: Any) -> None:  # noqa: B027 (most servers know contacts of what turns)
+        """Raise `ContactError` if contacts of ``obj`` could not be found at the angular velocity ``spin`` [rad/s]."""
+
     @abstractmethod
     def refresh(self, rows: Sequence[int]) -> None:
         """The flights, shapes or mapping of ``rows`` are new: predict their contacts again."""

@@ -34,8 +34,10 @@ class Elastic(ResponseLaw):
     """Frictionless impact with Newton's coefficient of restitution: v_n' = -e v_n.
 
     Both objects must be mapped. The law's ``restitution`` holds for objects that have none of their own; two values are
-    combined by ``combine``, whether both move or one is fixed. The components across the normal are left alone, momentum is
-    kept, and at e = 1 energy too, to rounding. Any number of impacts at one instant are solved together, in generations.
+    combined by ``combine``, whether both move or one is fixed. v_n is that of the surfaces at the contact point. The impulse is along
+    the normal: spheres keep their velocity across it and their spin; extended bodies hit off their centre change both, by their
+    inertia. Momentum and angular momentum are kept, and at e = 1 energy too, to rounding. Any number of impacts at one instant are
+    solved together, in generations.
 
     Cost: one prediction for each partner in reach, at each impact; in closed form for spheres on spheres and planes, by conservative
     advancement for all else.

@@ -82,15 +82,17 @@ class Pairs(ContactServer):
         """Searches that had to be taken up again: the last, and how many in a row hardly moved on; a guard, that changes no motion."""
 
     def check(self, obj: PhysicalObject, laws: Sequence[Any]) -> None:
-        own = (self._shape(obj).kind, obj.fixed)
+        own = (self._kind(obj), obj.fixed)
         for law in laws:
             if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
                 continue
+            if own[0] == "mesh" and any(obj.angular_velocity):
+                raise ContactError(f"{obj!r} under {law!r}: {_turns(f'angular velocity {obj.angular_velocity} rad/s')}")
             kinds = self._kinds.setdefault(law, set())
             for kind, fixed in sorted(kinds):
                 if not (fixed and obj.fixed) and not _is_known(own[0], kind):
                     kinds.clear()  # of those that are gone, too: see who is there
-                    kinds.update((self._shape(one).kind, one.fixed) for one in self.world.mapping.objects(law))
+                    kinds.update((self._kind(one), one.fixed) for one in self.world.mapping.objects(law))
                     break
             for kind, fixed in sorted(kinds):
                 if not (fixed and obj.fixed):
@@ -100,6 +102,25 @@ class Pairs(ContactServer):
                         raise ContactError(f"{obj!r} under {law!r}: {error}") from None
             kinds.add(own)
             self._check_sizes(obj, law)
+
+    def _kind(self, obj: PhysicalObject) -> str:
+        """What its contacts are found as: a compound with a mesh among its parts meets what a mesh meets."""
+        shape = self._shape(obj)
+        return "mesh" if has_mesh(shape) else str(shape.kind)
+
+    def check_turning(self, obj: PhysicalObject, spin: Vec) -> None:
+        self._refuse_mesh(obj, f"angular velocity {spin} rad/s" if any(spin) else "")
+
+    def _refuse_turning(self, obj: PhysicalObject) -> None:
+        """Refuse a mesh that impacts, or a torque, have made turn."""
+        if has_mesh(self._shape(obj)):
+            self.check_turning(obj, self.world.bodies.get("angular_velocity", obj._row))
+            torque = self.world.bodies.get("torque", obj._row)
+            self._refuse_mesh(obj, f"torque {torque} N m" if any(torque) and not immovable(obj) else "")
+
+    def _refuse_mesh(self, obj: PhysicalObject, turning: str) -> None:
+        if turning and not obj.fixed and has_mesh(self._shape(obj)) and self._heard_laws(obj):
+            raise ContactError(f"{obj!r} at t = {self.world.time[0]} s: {_turns(turning)}")
 
     def _check_sizes(self, obj: PhysicalObject, law: Any) -> None:
         """Refuse shapes that floats cannot tell apart, alone or beside those that are there."""
@@ -271,6 +292,13 @@ def pair_of(entry: Entry, server: Pairs) -> Pair:
         if known in pair and (pair[0].rank, pair[1].rank) == ranks:
             return pair
     raise ContactError(f"no pair has the ranks {ranks}")
+
+
+def _turns(turning: str) -> str:
+    return (
+        f"a mesh turns ({turning}): contacts with a mesh are known where it does not turn. Make it a Hull or a "
+        "Compound of convex parts, hold its rotation, or do not map it to the collision law"
+    )
 
 
 def _is_known(kind: str, other: str) -> bool:

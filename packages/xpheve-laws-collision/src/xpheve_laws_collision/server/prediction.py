@@ -30,6 +30,7 @@ class Prediction(Standing):
         world, broad = self.world, self.broad_phase
         objects = [world.bodies.objects[row] for row in rows]
         for obj in objects:
+            self._refuse_turning(obj)
             self._recheck_standing(obj)
         broad.gather(self._heard_laws, rows)
         if broad.moving < MANY:
