@@ -118,7 +118,9 @@ def one_among(n: int, laws: Sequence[str], samples: int) -> list[Cost]:
     label = _label(laws)
     return [
         Cost(f"one added among {n:,}, planned: {label}", middle(added)[0], "ms", 1.0, f"at worst {max(added):.2f}"),
-        Cost(f"one removed among {n:,}, planned: {label}", middle(removed)[0], "ms", 1.0, f"at worst {max(removed):.2f}"),
+        Cost(
+            f"one removed among {n:,}, planned: {label}", middle(removed)[0], "ms", 1.0, f"at worst {max(removed):.2f}"
+        ),
     ]
 
 
@@ -179,7 +181,13 @@ def _in_folder(name: str, arguments: list[str], folder: str, samples: int) -> Co
         wall.append(time.perf_counter() - begin)
         cpu.append(spent)
         if code != 0:
-            return Cost(name, None, "s", 1.0, f"not measured: exit code {code}: {(said.splitlines() or ['?'])[-1][:120]}")
-    return Cost(name, statistics.median(cpu), "s", 1.0, f"CPU time; {statistics.median(wall):.2f} s on the clock of this shared machine")
-
-
+            return Cost(
+                name, None, "s", 1.0, f"not measured: exit code {code}: {(said.splitlines() or ['?'])[-1][:120]}"
+            )
+    return Cost(
+        name,
+        statistics.median(cpu),
+        "s",
+        1.0,
+        f"CPU time; {statistics.median(wall):.2f} s on the clock of this shared machine",
+    )

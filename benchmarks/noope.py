@@ -225,7 +225,9 @@ def _looking(engine: xp.PhysicsEngine, each: xp.LawContainer) -> tuple[xp.Physic
     return bounce, [engine.add_law(Door(), container=each), engine.add_law(Scale(), container=each)]
 
 
-LAWS: dict[str, Callable[[xp.PhysicsEngine], Laws]] = dict(zip(SETTINGS, (_when_needed, _stored, _in_arrays), strict=True))
+LAWS: dict[str, Callable[[xp.PhysicsEngine], Laws]] = dict(
+    zip(SETTINGS, (_when_needed, _stored, _in_arrays), strict=True)
+)
 
 
 def exact(n: int, *, quiet: bool = False) -> Any:
@@ -290,7 +292,8 @@ def table(results: dict[str, Any]) -> str:
     about = results["machine"]
     lines = [
         f"Machine: {about['cores']} ({about['processor']}), Python {about['python']}, NumPy {about['numpy']}. {results['balls']} balls, "
-        f"{SPAN:g} s; CPU time, medians of {results['samples']}, in turns." + (" A QUICK run." if results["quick"] else ""),
+        f"{SPAN:g} s; CPU time, medians of {results['samples']}, in turns."
+        + (" A QUICK run." if results["quick"] else ""),
         "",
         "| scene | laws run | dt [s] | CPU time | times ours | calls of laws | objects asked about | worst error [m] |",
         "|" + " --- |" * 8,
@@ -315,11 +318,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks/noope", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="few samples, 12 balls: to see that all works")
     parser.add_argument("--samples", type=int, help=f"turns that each row has (default: {SAMPLES})")
-    parser.add_argument("--out", type=Path, help="folder for the results (default: benchmarks/results; of --quick, .benchmarks)")
+    parser.add_argument(
+        "--out", type=Path, help="folder for the results (default: benchmarks/results; of --quick, .benchmarks)"
+    )
     parser.add_argument("--page", action="store_true", help="put the table into docs/benchmarks.md, too")
     chosen = parser.parse_args(arguments)
     samples, n = (2, 12) if chosen.quick else (SAMPLES, BALLS)
-    results: dict[str, Any] = {"machine": machine(), "samples": chosen.samples or samples, "balls": n, "quick": chosen.quick}
+    results: dict[str, Any] = {
+        "machine": machine(),
+        "samples": chosen.samples or samples,
+        "balls": n,
+        "quick": chosen.quick,
+    }
     results["rows"] = measure(chosen.samples or samples, n)
     text = table(results)
     print(text)

@@ -26,7 +26,9 @@ def table(results: dict[str, Any]) -> str:
 
 def _head(results: dict[str, Any]) -> str:
     machine, fixed = results["machine"], results["calibration"]
-    peers = ", ".join(f"{name} {version or 'not installed'}" for name, version in results["peers"].items()) or "no peers"
+    peers = (
+        ", ".join(f"{name} {version or 'not installed'}" for name, version in results["peers"].items()) or "no peers"
+    )
     return (
         f"Machine: {machine['cores']} ({machine['processor']}), Python {machine['python']}, NumPy {machine['numpy']}; {peers}. "
         f"CPU time, medians of {results['samples']}, in turns. "
@@ -72,7 +74,7 @@ def verdict(rows: list[dict[str, Any]]) -> str:
     peers = [row for row in rows if row["engine"] != "xPheve" and row["error"] is not None]
     if not ours or not peers:
         return "No peer in this run to compare with."
-    mine = min(ours, key=lambda row: (row["seconds"]))
+    mine = min(ours, key=lambda row: row["seconds"])
     beaten = [p for p in peers if p["seconds"] < mine["seconds"] and p["error"] < mine["error"]]
     near = min(peers, key=lambda p: p["error"])
     faster = [p for p in peers if p["seconds"] < mine["seconds"]]
@@ -127,7 +129,9 @@ def missed(results: dict[str, Any]) -> list[str]:
             found.append(f"error: something was computed between reads on {row['scene']}")
     for row in results["rows"]:
         if row["more"].get("ratio", 0.0) > row["more"].get("bar", 1.0):
-            found.append(f"time on {row['scene']}: {row['more']['ratio']:.2f} times NumPy, {row['setting']}; bar {row['more']['bar']}")
+            found.append(
+                f"time on {row['scene']}: {row['more']['ratio']:.2f} times NumPy, {row['setting']}; bar {row['more']['bar']}"
+            )
     for cost in results["costs"]:
         if cost["met"] is False:
             found.append(f"time: {cost['name']}: {cost['value']:.3g} {cost['unit']}, bar {cost['bar']}")
@@ -172,7 +176,9 @@ def _draw(panel: Any, rows: list[dict[str, Any]]) -> None:
         curves.setdefault(row["engine"] + setting, []).append((row["seconds"], max(row["error"], SMALLEST)))
     for k, (name, points) in enumerate(curves.items()):
         star = name == "xPheve"
-        panel.plot(*zip(*points, strict=True), "*" if star else "o-", ms=12 if star else 4, lw=1, color=f"C{k}", label=name)
+        panel.plot(
+            *zip(*points, strict=True), "*" if star else "o-", ms=12 if star else 4, lw=1, color=f"C{k}", label=name
+        )
 
 
 def put_into_page(text: str, page: Path) -> None:

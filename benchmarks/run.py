@@ -24,10 +24,16 @@ SCENES = (*(scene.id for scene in BALLS), s12_free_spheres.ID)
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; 1 if one of our own error bars is missed."""
     parser = argparse.ArgumentParser(prog="benchmarks/run", description=__doc__)
-    parser.add_argument("--scene", action="append", choices=[*SCENES, "costs", "none"], help="only this one; may be given again")
+    parser.add_argument(
+        "--scene", action="append", choices=[*SCENES, "costs", "none"], help="only this one; may be given again"
+    )
     parser.add_argument("--peer", action="append", choices=[*ADAPTERS, "none"], help="only this one; 'none' for none")
-    parser.add_argument("--quick", action="store_true", help="few samples, coarse steps, 1,000 objects: to see that all works")
-    parser.add_argument("--out", type=Path, help="folder for the results (default: benchmarks/results; of a part, .benchmarks)")
+    parser.add_argument(
+        "--quick", action="store_true", help="few samples, coarse steps, 1,000 objects: to see that all works"
+    )
+    parser.add_argument(
+        "--out", type=Path, help="folder for the results (default: benchmarks/results; of a part, .benchmarks)"
+    )
     parser.add_argument("--page", action="store_true", help="put the results into docs/benchmarks.md, too")
     chosen = parser.parse_args(arguments)
 
@@ -50,7 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def collect(scenes: Sequence[str], peers: dict[str, ModuleType | None], *, quick: bool) -> dict[str, Any]:
     """Everything measured, as plain values."""
     samples = 3 if quick else SAMPLES
-    results: dict[str, Any] = {"machine": machine(), "calibration": calibrate(samples), "samples": samples, "quick": quick}
+    results: dict[str, Any] = {
+        "machine": machine(),
+        "calibration": calibrate(samples),
+        "samples": samples,
+        "quick": quick,
+    }
     results["peers"] = {name: None if peer is None else _version(name) for name, peer in peers.items()}
     rows: list[Row] = []
     for scene in BALLS:

@@ -62,7 +62,9 @@ def _world(scene: Ball, dt: float, tuned: bool) -> tuple[int, int]:
         p.changeDynamics(body, -1, restitution=scene.restitution, physicsClientId=world)
     if tuned:
         for one in bodies:
-            p.changeDynamics(one, -1, linearDamping=0, angularDamping=0, contactProcessingThreshold=0, physicsClientId=world)
+            p.changeDynamics(
+                one, -1, linearDamping=0, angularDamping=0, contactProcessingThreshold=0, physicsClientId=world
+            )
     p.resetBaseVelocity(body, scene.velocity, physicsClientId=world)
     return world, body
 

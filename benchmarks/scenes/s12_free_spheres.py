@@ -52,7 +52,9 @@ def exact(place: Any, velocity: Any, t: float) -> list[Any]:
     with mpmath.workdps(DIGITS):
         s = mpmath.mpf(t)
         drop = (mpmath.mpf(0), mpmath.mpf(0), mpmath.mpf(GRAVITY) * s * s / 2)
-        return [mpmath.mpf(float(x)) + mpmath.mpf(float(v)) * s - d for x, v, d in zip(place, velocity, drop, strict=True)]
+        return [
+            mpmath.mpf(float(x)) + mpmath.mpf(float(v)) * s - d for x, v, d in zip(place, velocity, drop, strict=True)
+        ]
 
 
 def worst_error(positions: Any, n: int, t: float) -> float:
@@ -62,7 +64,10 @@ def worst_error(positions: Any, n: int, t: float) -> float:
     for k in range(0, n, max(1, n // 200)):
         with mpmath.workdps(DIGITS):
             error = mpmath.sqrt(
-                sum((mpmath.mpf(float(a)) - b) ** 2 for a, b in zip(positions[k], exact(at[k], velocities[k], t), strict=True))
+                sum(
+                    (mpmath.mpf(float(a)) - b) ** 2
+                    for a, b in zip(positions[k], exact(at[k], velocities[k], t), strict=True)
+                )
             )
         worst = max(worst, float(error))
     return worst
@@ -124,8 +129,14 @@ def measure(peers: dict[str, Any], samples: int, quick: bool) -> list[Row]:
     for k in range(1, 61):
         first.run(until=STEP * k)
         positions = first.bodies.position
-    note = "nothing computed between reads: events and evaluations unchanged" if nothing_computed else "COMPUTED BETWEEN READS"
-    mine = Row(ID, "xPheve", "exact", None, rows[0].more["xpheve"], error=worst_error(positions, n, first.time), note=note)
+    note = (
+        "nothing computed between reads: events and evaluations unchanged"
+        if nothing_computed
+        else "COMPUTED BETWEEN READS"
+    )
+    mine = Row(
+        ID, "xPheve", "exact", None, rows[0].more["xpheve"], error=worst_error(positions, n, first.time), note=note
+    )
     mine.more = {"objects": n, "nothing_computed": nothing_computed}
     return [mine, *rows, *(row for name, peer in peers.items() for row in _peer_rows(name, peer, n))]
 

@@ -79,7 +79,9 @@ def test_nothing_touches_before_the_impact_and_it_touches_then(
         assert away(min(t, 4.0) * (k / 60) ** 0.5) > -1e-12
     if t < math.inf:
         gap = gap_of(a.at(t), ground)
-        way = speed * math.hypot(*velocity) * t + 2.5 * math.hypot(*pull) * t * t  # a place is rounded as its way is long
+        way = (
+            speed * math.hypot(*velocity) * t + 2.5 * math.hypot(*pull) * t * t
+        )  # a place is rounded as its way is long
         near = 1e-12 + 1e-15 * way
         assert abs(gap.separation) < near and gap.speed < 0.0
         assert abs(away(t)) < (near if radius else near + 2e-9)

@@ -104,7 +104,9 @@ def test_2_5_any_sequence_of_steps_gives_force_times_the_lesser_of_duration_and_
     t = engine.time
     impulse = sum(force * min(duration, t) for force, duration in forces)
     way = sum(force * min(duration, t) * (t - min(duration, t) / 2) for force, duration in forces)
-    scale = sum(abs(force) for force, _ in forces) * (1 + t) ** 2 + 1e-300  # what is near the least float rounds as it can
+    scale = (
+        sum(abs(force) for force, _ in forces) * (1 + t) ** 2 + 1e-300
+    )  # what is near the least float rounds as it can
     assert 2.0 * body.velocity[0] == pytest.approx(impulse, abs=1e-14 * scale)
     assert 2.0 * body.position[0] == pytest.approx(way, abs=1e-14 * scale)
     assert len(body.forces) == sum(duration > t for _, duration in forces)
