@@ -13,7 +13,7 @@ from xpheve.kernels.vector import Vec
 from xpheve.laws import Contact
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
-from xpheve.steppers.contract import ContactServer
+from xpheve.steppers.contract import ContactServer, Flight
 from xpheve_laws_collision.broad_phase import BroadPhase
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
@@ -174,9 +174,9 @@ class Pairs(ContactServer):
                 raise ContactError(f"{a!r} and {b!r}: {error}") from None
         return found
 
-    def _mover(self, obj: PhysicalObject, t: Instant) -> Mover:
-        """``obj`` at ``t``, which is not before its last re-base."""
-        flight = self.world.flight(obj._row)
+    def _mover(self, obj: PhysicalObject, t: Instant, flight: Flight | None = None) -> Mover:
+        """``obj`` at ``t``, which is not before its last re-base; ``flight`` is its own, if that is at hand."""
+        flight = flight if flight is not None else self.world.flight(obj._row)
         s = elapsed(t, flight.t0)
         x, v, a = flight.position, flight.velocity, flight.acceleration
         half = 0.5 * s
@@ -235,21 +235,18 @@ class Pairs(ContactServer):
         found = self._response(a, b)
         if found is not None:
             since = found[1]
-        for law, mapped in self._heard_laws(a).items():
-            other = self._heard_laws(b).get(law)
-            if other is not None and not hasattr(law, "respond"):  # those answer, or have nothing to do with the pair
+        laws_b = self.world.mapping.laws(b)
+        for law, mapped in self.world.mapping.laws(a).items():
+            other = laws_b.get(law)
+            # Those that respond answer, or have nothing to do with the pair.
+            if other is not None and not hasattr(law, "respond") and _hears(law):
                 joint = max(mapped, other)
                 since = joint if since is None else min(since, joint)
         return since
 
     def _heard_laws(self, obj: PhysicalObject) -> dict[Any, Instant]:
         """The laws of ``obj`` that wait for contacts in some container."""
-        return {
-            law: since
-            for law, since in self.world.mapping.laws(obj).items()
-            if law.enabled
-            and any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers)
-        }
+        return {law: since for law, since in self.world.mapping.laws(obj).items() if _hears(law)}
 
     def _predict(self, pair: Pair) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Its room is `prediction`."""
@@ -292,6 +289,15 @@ def pair_of(entry: Entry, server: Pairs) -> Pair:
         if known in pair and (pair[0].rank, pair[1].rank) == ranks:
             return pair
     raise ContactError(f"no pair has the ranks {ranks}")
+
+
+def _hears(law: Any) -> bool:
+    """Whether ``law`` is enabled and waits for contacts in some container."""
+    if law.enabled:
+        for container in law.containers:
+            if container.condition is not None and container.condition.served_by == "contacts":
+                return True
+    return False
 
 
 def _turns(turning: str) -> str:

@@ -119,10 +119,11 @@ class Prediction(Standing):
         self.predictions += 1
         standing = self.touching.get(pair, self.inside.get(pair))
         family, swapped = self._family(a, b)
+        mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
         one, two = (b, a) if swapped else (a, b)
-        mover_one, mover_two = self._mover(one, start), self._mover(two, start)
+        mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
         gap = family.gap(mover_one, mover_two)
-        if not self._is_round(pair):
+        if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
         horizon = elapsed(end, start)
         if standing is not None and self._late_laws(pair, standing):
