@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
+import numpy as np
 import pytest
 
 import xpheve as xp
@@ -208,3 +210,39 @@ def test_a_thin_rod_that_tumbles_between_planes_is_followed_in_few_steps(monkeyp
     impacts = engine.explain().data["contacts"]["impacts"]
     assert engine.energy().total == pytest.approx(before, rel=1e-12)
     assert impacts >= 1 and looks < 2_000 * (impacts + 1)
+
+
+@pytest.mark.parametrize("kind", [xp.Capsule(0.2, 0.6), xp.Hull([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])], ids=str)
+def test_bodies_that_overlap_and_come_apart_while_they_turn_are_followed_in_seconds(kind: xp.Shape) -> None:
+    engine = xp.PhysicsEngine()
+    bounce = engine.add_law("collision:elastic")
+    box = xp.PhysicalObject(xp.Box((1, 0.5, 0.3)), orientation=(1, 2, -1, 3), angular_velocity=(3, -2, 1))
+    other = xp.PhysicalObject(
+        kind, position=(0.2, 0.2, 0.2), orientation=(2, -1, 1, 1), velocity=(0.8, 0.9, 0.7), angular_velocity=(-1, 4, 2)
+    )
+    engine.add_objects([box, other], laws=[bounce])
+    begun = time.process_time()
+    engine.run(until=1.0)
+    assert time.process_time() - begun < 15.0  # in steps of the clock's last place it was minutes
+    assert np.linalg.norm(np.subtract(other.position, box.position)) > 0.9
+
+
+def test_an_impulse_beyond_floats_is_an_error_that_names_the_pair() -> None:
+    engine = xp.PhysicsEngine()
+    bounce = engine.add_law("collision:elastic")
+    crate = xp.PhysicalObject(xp.Box((1, 1, 1)), mass=1e300, velocity=(0, -1e10, 0), position=(0, 5, 0), name="crate")
+    engine.add_object(crate, laws=[bounce])
+    engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True, name="floor"), laws=[bounce])
+    with pytest.raises(ContactError, match=r"crate.*floor|floor.*crate"):
+        engine.run(until=1.0)
+
+
+def test_moments_of_inertia_near_the_least_float_are_followed() -> None:
+    speck = Path(
+        Mover(
+            (0, 0, 0), (0, 0, 0), (0, 0, 0), (1, 0, 0, 0), xp.Box((1, 1, 1)), angular_velocity=(1, 2, 3),
+            inertia=(3e-310, 2e-310, 4e-310), torque=(0, 0, 0),
+        )
+    )  # fmt: skip
+    rate, _ = speck.bounds(0.0, 1.0)
+    assert math.sqrt(14.0) <= rate < 10.0

@@ -33,8 +33,6 @@ from xpheve.errors import SceneError, XpheveError
 from xpheve.plugins.suggest import closest
 from xpheve.scene import dumps, loads
 
-KNOWN = {107, 1007, 2283}
-"""Seeds of the rich scene with faults that are known: speeds and sizes of 1e30 and more overflow or never end in the search for impacts."""
 LONGEST = 20.0  # [s] one file may take on a busy machine; the mean is below a hundredth of it
 CODE = (
     "os.system",
@@ -321,8 +319,6 @@ def fuzz(seeds: range, base: dict[str, Any], heard: Heard) -> Counter[str]:
         warnings.simplefilter("ignore")
         toml = dumps(loads(json.dumps(base), "json", folder=heard.folder), "toml")
         for seed in seeds:
-            if base is RICH and seed in KNOWN:
-                continue
             text, form = spoilt_file(seed, base, toml)
             try:
                 with no_longer_than(LONGEST):

@@ -97,10 +97,15 @@ class Path:
         return rate, rate * rate + 2.0 * kick
 
     def _free_bounds(self, omega: Vec) -> tuple[float, float]:
-        moments = self.start.inertia
-        least, most = min(moments), max(moments)
+        least, most = min(self.start.inertia), max(self.start.inertia)
         if least <= 0.0:
             return norm(omega), 0.0
+        moments = [
+            i / most for i in self.start.inertia
+        ]  # only their ratios count, and products of these hold in floats
+        least, most = min(moments), 1.0
+        if least == 0.0:
+            return math.inf, math.inf
         w = rotate_inverse(self.start.orientation, omega)
         squares = [c * c for c in w]
         energy = math.fsum(i * c for i, c in zip(moments, squares, strict=True))
@@ -110,9 +115,9 @@ class Path:
         top = [slack, slack, slack]
         for k, i in enumerate(moments):
             found = [energy / i]
-            if i < most:
+            if i * (most - i) > 0.0:
                 found.append(above / (i * (most - i)))
-            if i > least:
+            if i * (i - least) > 0.0:
                 found.append(below / (i * (i - least)))
             top[k] += math.sqrt(min(found)) * (1.0 + 1e-12)
         bent = (

@@ -77,7 +77,13 @@ class Generations:
             self.server.generations += 1
             if rounds and not all(self.law(pair).lever_arms for pair in pairs):
                 self.write()  # such laws read the velocities themselves
-            self._generation(sorted(pairs, key=lambda pair: (pair[0].rank, pair[1].rank)))
+            try:
+                self._generation(sorted(pairs, key=lambda pair: (pair[0].rank, pair[1].rank)))
+            except OverflowError:
+                raise ContactError(
+                    f"the impulses between {', '.join(f'{a!r} and {b!r}' for a, b in pairs[:4])} at t = {self.world.time[0]} s "
+                    "are beyond what a float can hold: give smaller speeds, masses or moments of inertia"
+                ) from None
             moved = {obj for pair in pairs for obj in pair if not immovable(obj)}
             pairs = [pair for pair in self.around(moved, pairs) if self.approach(pair) > 0.0]
             rounds += 1
