@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from xpheve.errors import ContactError
 from xpheve_laws_collision.narrow_phase import Vec
 from xpheve_laws_collision.narrow_phase.cores import Array, Half
 
@@ -33,6 +34,11 @@ def common_points(s: Standing) -> list[tuple[Vec, float]]:
     corners_b = s.corners_b + np.array(s.moved)
     depths = corners_b @ n
     low = np.flatnonzero(depths <= depths.min() + level)
+    if not (len(top) and len(low)):
+        raise ContactError(
+            f"bodies {math.hypot(*s.moved):.3g} m apart, of sizes about {s.size:.3g} m: no float holds where they touch; "
+            "bring them nearer to one another and to the origin"
+        )
     u, v = _across(n)
     feature_a = _outline([(float(p @ u), float(p @ v), float(p @ n)) for p in s.corners_a[top]], level)
     feature_b = _outline([(float(p @ u), float(p @ v), float(p @ n)) for p in corners_b[low]], level)
