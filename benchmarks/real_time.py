@@ -121,6 +121,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print()
         good &= found["same bits as the replay"] and found["missed collisions"] == "none"
         good &= found["updates per second"] > (30.0 if count > 15 else 55.0)
+        good &= found["real-time factor"] > 0.95
     return 0 if good else 1
 
 
