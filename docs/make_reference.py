@@ -25,6 +25,8 @@ MODULES = (
     "xpheve.shapes",
     "xpheve.steppers.contract",
     "xpheve.plugins",
+    "xpheve.realtime",
+    "xpheve.record",
     "xpheve_laws_basic",
     "xpheve_laws_collision",
 )

@@ -21,7 +21,18 @@ import xpheve
 from xpheve.plugins import Registry
 
 ROOT = Path(__file__).parents[2]
-MODULES = ("xpheve", "xpheve.when", "xpheve.errors", "xpheve.shapes", "xpheve_laws_basic", "xpheve_laws_collision")
+MODULES = (
+    "xpheve",
+    "xpheve.when",
+    "xpheve.errors",
+    "xpheve.shapes",
+    "xpheve.meshes",
+    "xpheve.orientation",
+    "xpheve.realtime",
+    "xpheve.record",
+    "xpheve_laws_basic",
+    "xpheve_laws_collision",
+)
 
 
 def module(name: str) -> ModuleType:

@@ -39,8 +39,8 @@ class Input:
 class Inputs(Sequence[Input]):
     """The log since `PhysicsEngine.start`, for `PhysicsEngine.replay`.
 
-    ``begin`` and ``end`` are the instants at which it begins and ends, ``settings`` the ``dt``, ``rtol`` and ``atol`` of the start;
-    ``passed`` tells whether time passed after the last input, be it no longer than the rest of an instant.
+    ``entries`` are the inputs in their order, ``begin`` and ``end`` the instants at which it begins and ends, ``settings`` the
+    ``dt``, ``rtol`` and ``atol`` of the start; ``passed`` tells whether time passed after the last input, be it no longer than the rest of an instant.
     """
 
     entries: tuple[Input, ...]

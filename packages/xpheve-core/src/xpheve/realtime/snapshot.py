@@ -23,7 +23,9 @@ class Snapshot:
     """All objects at one time, n of them; row k of each array tells of ``objects[k]``. Arrays are read-only.
 
     ``position`` [m], ``velocity`` [m/s], ``angular_velocity`` [rad/s], ``inertia`` [kg m^2] (n, 3), ``orientation`` (n, 4) as
-    (w, x, y, z), ``mass`` [kg] (n,), ``fixed`` (n,), ``columns`` by name, each (n,).
+    (w, x, y, z), ``mass`` [kg] (n,), ``fixed`` (n,), ``columns`` by name, each (n,); ``rows`` says which row an object has.
+    ``number`` counts the frames; ``time`` [s] is simulation time, and ``instant`` the same as (base, offset); ``state`` is the engine's;
+    ``real_time_factor`` and ``lag`` [s] say how it keeps up with the clock.
     """
 
     number: int

@@ -250,7 +250,7 @@ class Record:
 
 
 class Track:
-    """One object's way through a record, over the m frames in which it is."""
+    """One object's way through ``record``, over the m frames in which it is; ``serial`` is its number there."""
 
     def __init__(self, record: Record, serial: int) -> None:
         """Find the object in ``record``."""
