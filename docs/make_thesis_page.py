@@ -20,7 +20,7 @@ TESTS = DOCS.parent / "tests" / "thesis"
 HEAD = """\
 # The thesis, row by row
 
-xPheve began as the thesis of A. Nourian (2004). Each row says what the thesis asks for, in our words, and which tests hold it; all lie in
+xPheve began as the thesis of S. Nourian (2004). Each row says what the thesis asks for, in our words, and which tests hold it; all lie in
 `tests/thesis`. This page is made by `docs/make_thesis_page.py` from `tests/thesis/rows.toml` and the marks of the tests.
 
 | note | means |

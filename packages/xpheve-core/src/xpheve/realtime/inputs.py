@@ -40,7 +40,8 @@ class Inputs(Sequence[Input]):
     """The log since `PhysicsEngine.start`, for `PhysicsEngine.replay`.
 
     ``entries`` are the inputs in their order, ``begin`` and ``end`` the instants at which it begins and ends, ``settings`` the
-    ``dt``, ``rtol`` and ``atol`` of the start; ``passed`` tells whether time passed after the last input, be it no longer than the rest of an instant.
+    ``dt``, ``rtol`` and ``atol`` of the start; ``passed`` tells whether time passed after the last input, be it no longer than
+    the rest of an instant.
     """
 
     entries: tuple[Input, ...]
