@@ -1,6 +1,6 @@
 """Laws that wake only when needed, beside the same scene in which every law runs at each update.
 
-The second is how NOOPE does it, the physics of objects before the thesis (A. Nourian, 2004, 1.4): an engine asks every law at every
+The second is how NOOPE does it, the physics of objects before the thesis (S. Nourian, 2004, 1.4): an engine asks every law at every
 update. Both runs are ours: same engine, same objects, same formulas. There are three settings:
 
 - *when needed*: each law in the container that it would be given. Gravity and the wind are constant and stored, the wind is switched

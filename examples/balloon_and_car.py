@@ -3,7 +3,7 @@
 Run it with ``python examples/balloon_and_car.py [--out DIR] [--quick] [--live]``; with ``--out`` it writes a picture and a film,
 with ``--live`` it ends as the thesis's program does, in ``engine.start()``: the same in real time.
 
-The program printed in the thesis (A. Nourian, 2004) makes an engine, two laws, two lists of laws and two objects, and
+The program printed in the thesis (S. Nourian, 2004) makes an engine, two laws, two lists of laws and two objects, and
 ends in ``engine.start()``. It does not compile as printed. This one does the same in the same seven steps, and goes on
 where the thesis stops: there is a floor, and the balloon drifts into the car.
 

@@ -3,7 +3,7 @@
 Run it with ``python examples/driven_car.py [--out DIR] [--quick]``; with ``--out`` it writes a picture.
 
 The arrow keys of the thesis's racing game: as nobody knows how long a key will be held, a press adds a force of infinite
-duration and keeps its id, and the release removes the force of that id (A. Nourian, 2004). But keyboards repeat: a
+duration and keeps its id, and the release removes the force of that id (S. Nourian, 2004). But keyboards repeat: a
 key that is held sends press after press, and one release. Two cars are driven by the same keys. The first does as the thesis
 prints it, a force for each press: it accelerates faster and faster, and the release takes away the last force only. The
 second knows which keys are down, and gives the force of a key the key's name as id: it obeys.

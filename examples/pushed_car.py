@@ -2,7 +2,7 @@
 
 Run it with ``python examples/pushed_car.py [--out DIR] [--quick]``; with ``--out`` it writes a picture and an animated GLB file.
 
-A collision law that only turns the velocity round leaves the force in place, and a step later the car is in the wall (A. Nourian,
+A collision law that only turns the velocity round leaves the force in place, and a step later the car is in the wall (S. Nourian,
 2004). Here the car, a body on four wheels, meets the wall at exact instants, each time at half the speed it left with, until the
 bounces have died away; then it is held where it stands. It never passes the wall, and the books of energy
 balance: what the force gave is what the wall took. Seen from above, without friction.

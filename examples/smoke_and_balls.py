@@ -3,7 +3,7 @@
 Run it with ``python examples/smoke_and_balls.py [--out DIR] [--quick]``; with ``--out`` it writes a picture.
 
 "An object representing a cloud of smoke does not need to obey collision law nor gravity; it does however need to be affected by
-the wind" (A. Nourian, 2004). So each object has the laws it was given, and no others: puffs of smoke leave a chimney and obey
+the wind" (S. Nourian, 2004). So each object has the laws it was given, and no others: puffs of smoke leave a chimney and obey
 ``basic:wind``; balls are thrown against the wind and obey ``basic:planet_gravity`` and ``collision:elastic``. The picture
 shows the plume bent over by the wind, and through it the parabolas of the balls, which feel none of it.
 
