@@ -321,9 +321,11 @@ def test_nonsense_in_a_header_is_a_clear_error(data: st.DataObject) -> None:
         holder[path[-1]] = data.draw(broken)
     json.dumps(header)
     try:
-        revived(pack((header, arrays)))
-    except XpheveError:
-        pass
+        engine = revived(pack((header, arrays)))
+    except XpheveError as wrong:
+        assert str(wrong)
+    else:
+        assert len(engine.objects) == engine.bodies.position.shape[0] == len(header["objects"])
 
 
 def test_a_class_that_is_not_at_hand_is_named() -> None:

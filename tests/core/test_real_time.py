@@ -517,6 +517,41 @@ def test_a_failure_stops_just_before_its_event_and_surfaces_once(engine: xp.Phys
     assert first.checkpoint() == engine.checkpoint()
 
 
+class Varies(xp.PhysicalLaw):
+    """Fail in one way or another."""
+
+    how = xp.Param("value", choices=("value", "key"), doc="Which error it raises.")
+
+    def enforce_this_law(self, event: Any) -> None:
+        """Fail."""
+        raise ValueError("a value") if self.how == "value" else KeyError("a key")
+
+
+@pytest.mark.parametrize(
+    ("how", "after", "told"), [("value", 0.05, True), ("key", 0.05, False), ("value", 0.04, False)]
+)
+def test_a_replay_passes_over_the_failure_that_was_logged_and_over_no_other(how: str, after: float, told: bool) -> None:
+    def scene(how: str, after: float) -> xp.PhysicsEngine:
+        made = xp.PhysicsEngine()
+        made.add_object(xp.PhysicalObject(velocity=(1, 0, 0)))
+        made.add_law(Varies(how=how), container=xp.LawContainer(xp.when.Elapsed(after)))
+        return made
+
+    engine = scene("value", 0.05)
+    engine.start()
+    with pytest.raises(LawFailedError, match="a value"):
+        engine.wait(timeout=10)
+    engine.terminate()
+    inputs = Inputs.from_json(engine.inputs.to_json())
+    again = scene(how, after)
+    if told:
+        again.replay(inputs, classes=(Varies,))
+        assert again.time == engine.time == 0.05
+    else:
+        with pytest.raises(LawFailedError, match="a key" if how == "key" else "0.04"):
+            again.replay(inputs, classes=(Varies,))
+
+
 def test_a_failure_in_a_callback_surfaces_too(engine: xp.PhysicsEngine) -> None:
     def fail(shot: Snapshot) -> None:
         raise KeyError("in the callback")

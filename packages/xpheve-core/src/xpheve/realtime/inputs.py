@@ -15,6 +15,11 @@ from xpheve.kernels.clock import Instant
 FORMAT, VERSION = "xpheve inputs", 1
 
 
+def kinds_of(error: BaseException) -> list[str]:
+    """Of which kinds an error and its cause are: what a replay compares, for texts may name addresses."""
+    return [type(error).__name__, type(error.__cause__).__name__]
+
+
 @dataclass(frozen=True, slots=True)
 class Input:
     """One thing that came from outside.

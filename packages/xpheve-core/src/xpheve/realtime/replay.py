@@ -6,9 +6,10 @@ import itertools
 from typing import Any
 
 from xpheve.errors import InvalidValueError, RecordError, StateError
+from xpheve.kernels.clock import Instant
 from xpheve.laws import conditions as when
 from xpheve.realtime.encode import Decoder
-from xpheve.realtime.inputs import Input, Inputs
+from xpheve.realtime.inputs import Input, Inputs, kinds_of
 from xpheve.steppers.contract import Settings
 
 
@@ -40,14 +41,13 @@ def replay(engine: Any, inputs: Inputs, until: float | None, classes: tuple[type
 
 def _give(engine: Any, group: list[Input], classes: tuple[type[Any], ...]) -> None:
     """To the instant of ``group``, and its inputs."""
-    failed = any(one.door == "failed" for one in group)
+    world = engine._world
     if engine._state == "running":
         try:
-            engine._pass_time(max(group[0].instant, engine._world.time))
-        except Exception:
-            if not failed:
+            engine._pass_time(max(group[0].instant, world.time))
+        except Exception as error:
+            if not any(_is_told(one, error, world.time) for one in group):
                 raise
-    world = engine._world
     for one in group:
         if one.door == "failed":
             engine._state = "suspended"
@@ -57,6 +57,11 @@ def _give(engine: Any, group: list[Input], classes: tuple[type[Any], ...]) -> No
             world.wakeups.tell_now(getattr(when, one.door))
         else:
             _do(engine, one, classes)
+
+
+def _is_told(one: Input, error: Exception, now: Instant) -> bool:
+    """Whether ``one`` says that this very failure stopped the run: of the same kind, at the same instant."""
+    return one.door == "failed" and tuple(one.instant) == now and dict(one.options).get("error") == kinds_of(error)
 
 
 def _do(engine: Any, one: Input, classes: tuple[type[Any], ...]) -> None:

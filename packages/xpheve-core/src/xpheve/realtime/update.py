@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from xpheve.laws import conditions as when
 from xpheve.realtime.encode import encode
 from xpheve.realtime.idle import still_until
-from xpheve.realtime.inputs import Input, Inputs
+from xpheve.realtime.inputs import Input, Inputs, kinds_of
 from xpheve.realtime.snapshot import Snapshot, take
 
 if TYPE_CHECKING:
@@ -167,12 +167,12 @@ class Update:
         self._failure = error
         self._trouble.append(error)
         live.clock.pause(live.clock.system_at(self._world.time[0]))
-        self._note(live, "failed")
+        self._note(live, "failed", (("error", kinds_of(error)),))
 
-    def _note(self, live: Live, what: str) -> None:
+    def _note(self, live: Live, what: str, options: tuple[tuple[str, Any], ...] = ()) -> None:
         """Log what a replay must know beside the inputs."""
         if live.keep_inputs:
-            live.log.append(Input(self._world.time, live.passes, what))
+            live.log.append(Input(self._world.time, live.passes, what, (), options))
 
     def _publish(self, live: Live) -> None:
         """Make the present state the one that other threads see."""
