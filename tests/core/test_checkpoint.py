@@ -269,6 +269,7 @@ def test_a_newer_version_is_refused_by_name() -> None:
 
 
 @settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@example(place=0.00390625, bit=0)  # NumPy's own reader of headers stumbles
 @given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 @example(place=0.9680664454884426, bit=0)  # a method of compression that is none
 def test_a_flipped_bit_is_an_error_or_no_matter(place: float, bit: int) -> None:

@@ -55,7 +55,13 @@ def to_axis_angle(orientation: Sequence[float]) -> tuple[Vec, float]:
     s = math.hypot(x, y, z)
     if s == 0.0:
         return (1.0, 0.0, 0.0), 0.0
-    return (x / s, y / s, z / s), 2.0 * math.atan2(s, w)
+    angle = 2.0 * math.atan2(s, w)
+    least = -math.frexp(s)[
+        1
+    ]  # near the least float quotients are rounded: take them where floats have all their digits
+    x, y, z = math.ldexp(x, least), math.ldexp(y, least), math.ldexp(z, least)
+    s = math.hypot(x, y, z)
+    return (x / s, y / s, z / s), angle
 
 
 def from_rotation_vector(vector: Sequence[float]) -> Quat:

@@ -7,6 +7,7 @@ import json
 import os
 import struct
 import tempfile
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -29,6 +30,7 @@ TORN = (
     EOFError,
     ArithmeticError,
     RuntimeError,
+    tokenize.TokenError,
     MemoryError,
 )
 """What reading a damaged archive may raise."""
