@@ -112,3 +112,19 @@ class MeshWarning(XpheveWarning):
     def __init__(self, what: str, repairs: tuple[str, ...]) -> None:
         super().__init__(f"{what}: {'; '.join(repairs)}")
         self.what, self.repairs = what, repairs
+
+
+class TraceError(LawDefinitionError):
+    """A law whose expression cannot be traced; the message names the author's line and the way out."""
+
+
+class DimensionError(TraceError):
+    """A law that adds, compares or returns quantities that do not go together; the author's line is named."""
+
+
+class TracedBranchError(TraceError):
+    """A Python ``if``, ``while``, ``and`` or ``float()`` on a traced value, which is not a number yet."""
+
+
+class CompileWarning(XpheveWarning):
+    """Compiled code that could not be kept or read; the run goes on, slower to start."""

@@ -1,0 +1,96 @@
+"""Text of a graph: straight-line assignments on floats (interpreted or compiled), or on NumPy arrays of one number an object.
+
+Every operation is spelled once a node, in the order of `walk`, so that all tiers round alike. Where Python raises and IEEE does not (division,
+roots, powers, ...) the scalar text calls a helper of `xpheve.kernels.ieee` by the name ``ieee__divide`` and so on; `xpheve.compile` puts
+the machine's own operation in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from xpheve.trace.graph import Node, walk
+
+INFIX = {"+": "+", "-": "-", "*": "*"}
+COMPARE = {"<": "<", "<=": "<=", ">": ">", ">=": ">=", "==": "==", "!=": "!="}
+
+SCALAR = {
+    "/": "ieee__divide", "sqrt": "ieee__sqrt", "cbrt": "ieee__cbrt", "pow": "ieee__power", "exp": "ieee__exp", "expm1": "ieee__expm1",
+    "log": "ieee__log", "log1p": "ieee__log1p", "sin": "ieee__sin", "cos": "ieee__cos", "tan": "ieee__tan", "asin": "ieee__asin",
+    "acos": "ieee__acos", "atan": "math.atan", "atan2": "math.atan2", "sinh": "ieee__sinh", "cosh": "ieee__cosh",
+    "tanh": "math.tanh", "floor": "ieee__floor", "hypot": "ieee__hypot", "min": "ieee__minimum", "max": "ieee__maximum",
+    "abs": "abs", "sign": "ieee__sign",
+}  # fmt: skip
+"""Functions of the scalar text. `xpheve.kernels.ieee` defines them so that they never raise."""
+
+ARRAY = {
+    "sqrt": "np.sqrt", "cbrt": "np.cbrt", "pow": "np.power", "exp": "np.exp", "expm1": "np.expm1", "log": "np.log",
+    "log1p": "np.log1p", "sin": "np.sin", "cos": "np.cos", "tan": "np.tan", "asin": "np.arcsin", "acos": "np.arccos",
+    "atan": "np.arctan", "atan2": "np.arctan2", "sinh": "np.sinh", "cosh": "np.cosh", "tanh": "np.tanh",
+    "floor": "np.floor", "hypot": "np.hypot", "min": "np.minimum", "max": "np.maximum", "abs": "np.abs", "sign": "np.sign",
+}  # fmt: skip
+"""Functions of the array text: NumPy's, to the bit for + - * / and sqrt, to a few ulp elsewhere."""
+
+Leaf = Callable[[Node], str]
+"""What an input, a parameter or a table is called in the text."""
+
+
+def literal(value: float) -> str:
+    """``value`` as text that reads back to the same bits."""
+    if value != value:
+        return "math.nan"
+    if value in (float("inf"), float("-inf")):
+        return "math.inf" if value > 0 else "(-math.inf)"
+    return repr(value) if value >= 0 and str(value)[0] != "-" else f"({value!r})"
+
+
+class Writer:
+    """Writes assignments for nodes that have none yet; names are ``prefix`` and a number."""
+
+    def __init__(self, leaf: Leaf, arrays: bool = False, prefix: str = "t") -> None:
+        self.leaf, self.arrays, self.prefix = leaf, arrays, prefix
+        self.names: dict[int, str] = {}
+        self.lines: list[str] = []
+
+    def write(self, outputs: Sequence[Node], given: Mapping[int, str] | None = None) -> list[str]:
+        """The names of ``outputs``; assignments that were missing are added to ``lines``. ``given`` names nodes known beforehand."""
+        self.names.update(given or {})
+        for node in walk(outputs):
+            if node.index in self.names:
+                continue
+            text = self._text(node)
+            if node.op in ("const", "input", "param"):
+                self.names[node.index] = text
+                continue
+            name = self.names[node.index] = f"{self.prefix}{len(self.lines)}"
+            self.lines.append(f"{name} = {text}")
+        return [self.names[node.index] for node in outputs]
+
+    def _text(self, node: Node) -> str:
+        op = node.op
+        if op == "const":
+            return literal(node.value)
+        if op in ("input", "param"):
+            return self.leaf(node)
+        args = [self.names[arg.index] for arg in node.args]
+        if op in INFIX or op in COMPARE:
+            return f"{args[0]} {INFIX.get(op) or COMPARE[op]} {args[1]}"
+        if op == "/" and self.arrays:
+            return f"{args[0]} / {args[1]}"
+        if op == "neg":
+            return f"-{args[0]}"
+        if op == "where":
+            if self.arrays:
+                return f"np.where({args[0]}, {args[1]}, {args[2]})"
+            return f"{args[1]} if {args[0]} else {args[2]}"
+        if op == "not":
+            return f"np.logical_not({args[0]})" if self.arrays else f"not {args[0]}"
+        if op in ("and", "or"):
+            return f"np.logical_{op}({args[0]}, {args[1]})" if self.arrays else f"({args[0]} {op} {args[1]})"
+        if op == "table":
+            return self.table_text(node, args[0])
+        return f"{(ARRAY if self.arrays else SCALAR)[op]}({', '.join(args)})"
+
+    def table_text(self, node: Node, x: str) -> str:
+        """The call that looks up a table; whoever writes the text around says where its numbers lie."""
+        return f"{self.leaf(node)}({x})"
