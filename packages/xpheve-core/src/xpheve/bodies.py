@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 STATE_WIDTHS = {"position": 3, "velocity": 3, "orientation": 4, "angular_velocity": 3}
 """What flight changes, with the numbers a row has of it."""
 AUTHORED_WIDTHS = {"mass": 1, "inertia": 3}
-DERIVED_WIDTHS = {"force": 3, "torque": 3}
-"""Sums of the stored forces of a row, kept by the engine."""
+DERIVED_WIDTHS = {"force": 3, "torque": 3, "working": 3}
+"""Sums of the stored forces of a row, kept by the engine; ``working`` is the part of ``force`` that no potential stands for."""
 WIDTHS = STATE_WIDTHS | AUTHORED_WIDTHS | DERIVED_WIDTHS
 
 

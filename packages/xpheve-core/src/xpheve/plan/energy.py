@@ -165,6 +165,8 @@ def _running_work(world: World, shot: Snapshot) -> list[float]:
         if not batch.state.count:
             continue
         rows = batch.state.rows
+        if batch.stepper.books_work:
+            found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[world.twisted(batch)]

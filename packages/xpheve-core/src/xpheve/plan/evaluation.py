@@ -18,7 +18,7 @@ from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.driven import immovable
 from xpheve.plan.mapping import Mapping
-from xpheve.steppers.contract import Array, Rows
+from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -50,7 +50,7 @@ class Evaluator:
             if name in bodies.columns:
                 return bodies.columns[name][rows]
             if name == "volume":
-                return self._volumes(rows)
+                return self.volumes(rows)
             if name == "since":
                 return np.array([self.since(law, bodies.objects[row]) for row in rows.tolist()])
             from xpheve.plugins.suggest import did_you_mean
@@ -64,7 +64,7 @@ class Evaluator:
 
         return BodyView(fetch, reads, len(rows))
 
-    def _volumes(self, rows: Rows) -> Array:
+    def volumes(self, rows: Rows) -> Array:
         """Volumes [m^3] of the shapes, asked for once a row and shape."""
         known = self.bodies.volume
         for row in rows[np.isnan(known[rows])].tolist():
@@ -220,8 +220,11 @@ def pairs_of(law: PairLaw, members: Sequence[PhysicalObject]) -> list[tuple[Phys
 class BatchSources:
     """What acts along the way on the rows of a batch; see `xpheve.steppers.contract.Sources`."""
 
-    def __init__(self, world: Any, laws: Sequence[ContinuousLaw], objects: Sequence[PhysicalObject]) -> None:
+    def __init__(
+        self, world: Any, laws: Sequence[ContinuousLaw], objects: Sequence[PhysicalObject], signature: Signature
+    ) -> None:
         self.world = world
+        self.signature = signature
         self.laws = laws
         self.working: Array = np.zeros((3, 0))
         bodies: Bodies = world.bodies
@@ -244,6 +247,10 @@ class BatchSources:
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
+        self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        self._program: Any = None
+        self.why_alone = ""
+        """Why there is no program: what must be evaluated law by law."""
 
     def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
         """When [s] the force of a law on one of ``objects`` jumps, ascending."""
@@ -254,6 +261,58 @@ class BatchSources:
                 began = {since(law, obj) for obj in objects if law in self.world.mapping.laws(obj)}
                 found.update(time for one in sorted(began) for time in _jumps_of(law, one))
         return sorted(found)
+
+    @property
+    def program(self) -> Any:
+        """The loop of the batch; None if a law must be evaluated by itself."""
+        held = self.held
+        return None if held is None else held.program
+
+    @property
+    def load(self) -> int:
+        """About how many rows and pairs a step has."""
+        return len(self.rows) + sum(len(a) for _, a, _ in self.pairs)
+
+    @property
+    def held(self) -> Any:
+        """The program with the places of its rows, made when first asked for."""
+        if self._program is None and not self.why_alone:
+            from xpheve.plan.programs import BatchProgram, term_of
+
+            terms = {law: term_of(self.world, law) for law in self.laws}
+            alone = [law.label() for law, term in terms.items() if term is None]
+            if len(self.hands):
+                self.why_alone = "objects that the host carries act on it"
+            elif alone:
+                self.why_alone = f"evaluated law by law: {', '.join(alone)}"
+            else:
+                self._program = BatchProgram(self.world, self.rows, self.laws, terms)  # type: ignore[arg-type]
+        return self._program
+
+    def pack(self, state: Any, found: dict[str, Array]) -> Array:
+        """The numbers of the program's rows."""
+        packed: Array = self.held.pack(found)
+        return packed
+
+    def run(self, numbers: Array, grid: Any, steps: int) -> None:
+        """Run the program, and count its evaluations."""
+        program = self.held.program
+        tier = self.world.tier_of(self)
+        program.run(tier, numbers, steps, grid.dt, grid.origin, grid.number, self.world.up_vector)
+        for law, term in self.held.terms.items():
+            if law.enabled:
+                law.evaluations += steps * (2 if term.of_velocity else 1)
+
+    def unpack(self, numbers: Array) -> dict[str, Array]:
+        """What a run changed."""
+        unpacked: dict[str, Array] = self.held.unpack(numbers)
+        return unpacked
+
+    def label(self, place: int) -> str:
+        """The object at ``place`` of the program."""
+        held = self.held
+        row = held.rows[held.order[place]]
+        return str(self.world.bodies.objects[int(row)].label)
 
     def wall(self, t: Instant, wall: Instant) -> Instant:
         """``wall``, or the first jump after ``t`` if that comes before it: no step may pass it."""

@@ -15,7 +15,7 @@ from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
-from xpheve.kernels.clock import NEVER, Instant
+from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
 from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
@@ -27,14 +27,16 @@ from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, 
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
+from xpheve.plan.tiers import choose_tier
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
-from xpheve.steppers.contract import Array, ContactServer, Flight, Settings, Signature, Stepper
+from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
+STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
@@ -87,6 +89,11 @@ class World:
         """Laws that were disabled because they failed, with what they did."""
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
+        self.compile = "auto"
+        self.tiers: dict[Signature, str] = {}
+        """How the loops of each signature run, chosen from the scene when they first do."""
+        self.switched: set[PhysicalLaw] = set()
+        """Laws that were switched before: they stay in their loops, put out by a number."""
         self._whole: tuple[int, Batch | None] = (-1, None)
         self._steppers = steppers
         self._next_serial = 0
@@ -268,6 +275,7 @@ class World:
         force, torque = self.forces.total(obj)
         self.bodies.put("force", obj._row, force)
         self.bodies.put("torque", obj._row, torque)
+        self.bodies.put("working", obj._row, self.forces.working(obj)[0])
 
     # Work of what has no potential
 
@@ -312,6 +320,15 @@ class World:
     def _twist_label(self, batch: Batch) -> str:
         return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
 
+    def take_work(self, batch: Batch, locals_: Sequence[int]) -> None:
+        """Book what the stepper kept of the work done on rows of ``batch``."""
+        kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
+        joules = math.fsum(value for array in kept for value in array[0, locals_].tolist())
+        if joules:
+            self.add_work(self._label(batch), joules)
+        for array in kept:
+            array[0, locals_] = 0.0
+
     def add_work(self, label: str, joules: float) -> None:
         """Book work done by what has no potential."""
         self.work[label] = self.work.get(label, 0.0) + joules
@@ -323,13 +340,14 @@ class World:
     def _snapshot(self, batch: Batch) -> dict[str, Array] | None:
         """The flights of a batch that end now, if work is to be booked over them."""
         twisted = self.twisted(batch)
-        if batch.working is None and not self._has_working_forces(batch) and not twisted.any():
-            return None
         rows, bodies = batch.state.rows, self.bodies
-        force = np.zeros((3, len(rows))) if batch.working is None else batch.working.copy()
-        for k, row in enumerate(rows.tolist()):
-            stored, _ = self.forces.working(bodies.objects[row])
-            force[:, k] += stored
+        books = batch.stepper.books_work
+        works = not books and (batch.working is not None or bool(bodies.arrays["working"][:, rows].any()))
+        if not works and not twisted.any():
+            return None
+        force = np.zeros((3, len(rows)))
+        if works:
+            force = bodies.arrays["working"][:, rows] + (0.0 if batch.working is None else batch.working)
         turned = rows[twisted]
         energy = spin_energy(
             bodies.arrays["orientation"][:, turned],
@@ -342,12 +360,6 @@ class World:
             "turned": turned,
             "energy": energy,
         }
-
-    def _has_working_forces(self, batch: Batch) -> bool:
-        objects = self.bodies.objects
-        return bool(batch.signature.laws) and any(
-            not one.accounted for row in batch.state.rows.tolist() for one in self.forces.on(objects[row])
-        )
 
     def _after_step(self, batch: Batch, before: dict[str, Array] | None, skip: Iterable[int] = ()) -> None:
         """Book the work over the flights that a step ended, but for rows whose flight an event ended."""
@@ -379,7 +391,7 @@ class World:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
             laws = {law for obj in objects for law in self.continuous_laws(obj)}
             batch.laws = [law for law in self.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
-            batch.sources = BatchSources(self, batch.laws, objects)
+            batch.sources = BatchSources(self, batch.laws, objects, batch.signature)
             batch.lent = bool(len(batch.sources.hands))
         return batch.sources
 
@@ -389,9 +401,16 @@ class World:
         self._merge_into(batch, begin)
         before = self._snapshot(batch)
         sources = self.sources(batch)
+        steps = 1
         if sources is not None:
+            steps = self._steps_unheard(batch, sources, begin, need)
             wall = sources.wall(begin, wall)
-        stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
+        if steps > 1:
+            assert self.grid is not None
+            grid = Grid(self.grid[0], self.grid[1], self._number_at(begin))
+            stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
+        else:
+            stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
         self._after_step(batch, before)
         self.time = max(self.time, begin)
         if stop.rows:
@@ -400,6 +419,47 @@ class World:
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
             self.wakeups.refresh(self.bodies.objects[row] for row in stop.rows)
+
+    def _steps_unheard(self, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
+        """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
+        if self.settings.dt is None or self.grid is None or len(sources.hands) or self._is_heard(batch):
+            return 1
+        origin, dt, _ = self.grid
+        number = self._number_at(begin)
+        if number < 0:
+            return 1
+        end = min(need, sources.wall(begin, NEVER))
+        most = max(1, STRIDE // max(batch.state.count, sources.load))
+        span = elapsed(end, begin) / dt
+        steps = int(min(most, span)) if math.isfinite(span) else most
+        if steps < most and multiple(origin, number + steps, dt) < end:
+            steps += 1
+        while steps > 1 and end != need and multiple(origin, number + steps, dt) > end:
+            steps -= 1
+        return max(1, steps)
+
+    def _number_at(self, t: Instant) -> int:
+        """The number of the host step that begins at ``t``; -1 if none does."""
+        assert self.grid is not None
+        origin, dt, _ = self.grid
+        guess = round(elapsed(t, origin) / dt)
+        return next((k for k in (guess, guess - 1, guess + 1) if k >= 0 and multiple(origin, k, dt) == t), -1)
+
+    def _is_heard(self, batch: Batch) -> bool:
+        """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
+        objects = self.bodies.objects
+        rows = batch.state.rows.tolist()
+        if self.wakeups.tracker.follows_any(objects[row] for row in rows):
+            return True
+        contacts = self.contacts
+        return contacts is not None and any(contacts.concerns(objects[row]) for row in rows)
+
+    def tier_of(self, sources: BatchSources) -> str:
+        """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
+        signature = sources.signature
+        if signature not in self.tiers:
+            self.tiers[signature] = choose_tier(self.compile, sources.load)
+        return self.tiers[signature]
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
@@ -435,6 +495,8 @@ class World:
             return
         batch = self.batches[number]
         local = int(bodies.local[row])
+        if batch.stepper.books_work:
+            self.take_work(batch, [local])
         last = int(batch.state.rows[-1])
         batch.stepper.leave(batch.state, local)
         batch.state.locate()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.bodies import Bodies
-from xpheve.kernels.clock import NEVER, Instant
+from xpheve.kernels.clock import NEVER, Instant, multiple
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -69,6 +69,18 @@ class Stop(NamedTuple):
     rows: Sequence[int]
 
 
+class Grid(NamedTuple):
+    """Host steps: step ``number`` goes from ``origin + number * dt`` to the next point."""
+
+    origin: Instant
+    dt: float
+    number: int
+
+    def point(self, steps: int) -> Instant:
+        """Where the step ``steps`` after this one begins."""
+        return multiple(self.origin, self.number + steps, self.dt)
+
+
 class Sources(Protocol):
     """What acts on a batch along the way: laws evaluated by the plan."""
 
@@ -82,6 +94,23 @@ class Sources(Protocol):
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+    @property
+    def program(self) -> Any:
+        """The `xpheve.loop.program.Program` of the batch, or None if its laws must be evaluated one by one."""
+        ...
+
+    def pack(self, state: State, found: dict[str, Array]) -> Array:
+        """The numbers of the program's rows, (slots, rows): ``found`` of the batch's, and what the program reads besides."""
+        ...
+
+    def run(self, numbers: Array, grid: Grid, steps: int) -> None:
+        """Run the program over ``numbers``, in place."""
+        ...
+
+    def unpack(self, numbers: Array) -> dict[str, Array]:
+        """What a run changes, in the order of the batch's rows."""
         ...
 
 
@@ -124,6 +153,9 @@ class Stepper(ABC):
     id: ClassVar[str] = ""
     promise: ClassVar[str] = ""
     """One line for `explain`."""
+    books_work: ClassVar[bool] = False
+    """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
+    on each row over the flights that are over."""
 
     @abstractmethod
     def offer(self, signature: Signature) -> Offer | Refusal:
@@ -162,6 +194,19 @@ class Stepper(ABC):
 
         ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step or jump of a force, is never passed.
         """
+
+    def stride(
+        self, state: State, bodies: Bodies, grid: Grid, steps: int, settings: Settings, sources: Sources | None
+    ) -> Stop:
+        """Make ``steps`` host steps, the first from where the batch is covered, with nobody listening in between.
+
+        To the same bits as one after the other, which is what it does by default.
+        """
+        rows: Sequence[int] = ()
+        for k in range(steps):
+            end = grid.point(k + 1)
+            rows = self.advance(state, bodies, end, end, settings, sources).rows
+        return Stop(self.covered(state), rows)
 
     @abstractmethod
     def read(self, state: State, bodies: Bodies, t: Instant, name: str, out: Array) -> None:
@@ -202,6 +247,10 @@ class ContactServer(ABC):
 
     def check_turning(self, obj: Any, spin: Any) -> None:  # noqa: B027 (most servers know contacts of what turns)
         """Raise `ContactError` if contacts of ``obj`` could not be found at the angular velocity ``spin`` [rad/s]."""
+
+    def concerns(self, obj: Any) -> bool:
+        """Whether contacts of ``obj`` are looked for, so that every new flight of it matters."""
+        return True
 
     @abstractmethod
     def refresh(self, rows: Sequence[int]) -> None:

@@ -30,7 +30,7 @@ Vec = tuple[float, float, float]
 class _Facts:
     """What holds for a batch until the next write: kept so that a read does nothing but the arithmetic."""
 
-    __slots__ = ("acceleration", "base", "change", "clock", "offset", "position", "turning", "velocity")
+    __slots__ = ("acceleration", "base", "change", "clock", "offset", "position", "rests", "turning", "velocity")
 
     def __init__(self, state: FlightState, bodies: Bodies) -> None:
         where = state.where
@@ -47,6 +47,8 @@ class _Facts:
         for component in state.arrays["acceleration"]:
             same = len(component) > 0 and bool((component == component[0]).all())
             self.acceleration.append(float(component[0]) if same else component)
+        self.rests = tuple(state.arrays.get(name) for name in ("position_rest", "velocity_rest"))
+        """What rounding left out of place and velocity, if the stepper keeps it."""
         turning = bodies.arrays["angular_velocity"][:, where].any(axis=0) | state.arrays["torque"].any(axis=0)
         self.turning: list[int] = np.flatnonzero(turning).tolist()
 
@@ -107,7 +109,7 @@ class FlightStepper(Stepper):
         assert isinstance(state, FlightState)
         facts = self._facts(state, bodies)
         if name in ("position", "velocity"):
-            s: Any = elapsed(t, facts.clock) if facts.clock is not None else _spans_since(t, facts.base, facts.offset)
+            s: Any = elapsed(t, facts.clock) if facts.clock is not None else spans_since(t, facts.base, facts.offset)
             (_read_position if name == "position" else _read_velocity)(facts, s, out)
             return
         out[...] = bodies.arrays[name][:, state.where]
@@ -120,9 +122,15 @@ class FlightStepper(Stepper):
         s = elapsed(t, bodies.clock_of(row))
         if name == "position":
             x, v, a = bodies.get("position", row), bodies.get("velocity", row), _column(state, "acceleration", local)
+            if "position_rest" in state.arrays:
+                r = _column(state, "position_rest", local)
+                return tuple(x[k] + (s * (v[k] + (0.5 * s) * a[k]) + r[k]) for k in range(3))
             return place(x[0], v[0], a[0], s), place(x[1], v[1], a[1], s), place(x[2], v[2], a[2], s)
         if name == "velocity":
             v, a = bodies.get("velocity", row), _column(state, "acceleration", local)
+            if "velocity_rest" in state.arrays:
+                r = _column(state, "velocity_rest", local)
+                return tuple(v[k] + (s * a[k] + r[k]) for k in range(3))
             return speed(v[0], a[0], s), speed(v[1], a[1], s), speed(v[2], a[2], s)
         q, omega = self._turned(state, bodies, row, local, s)
         return q if name == "orientation" else omega
@@ -168,25 +176,31 @@ def _column(state: State, name: str, local: int) -> tuple[float, ...]:
 def _read_position(facts: _Facts, s: Any, out: Array) -> None:
     """`place` of all rows, component by component; adding an acceleration of 0 is left out, which changes no bit."""
     half = 0.5 * s
-    for x0, v0, a, line in zip(facts.position, facts.velocity, facts.acceleration, out, strict=True):
+    rests: Any = facts.rests[0]
+    for k, (x0, v0, a, line) in enumerate(zip(facts.position, facts.velocity, facts.acceleration, out, strict=True)):
         if type(a) is float and a == 0.0:
             _multiply(v0, s, line)
         else:
             _add(v0, half * a, line)
             _multiply(line, s, line)
+        if rests is not None:
+            _add(line, rests[k], line)
         _add(line, x0, line)
 
 
 def _read_velocity(facts: _Facts, s: Any, out: Array) -> None:
     """`speed` of all rows, component by component."""
-    for v0, a, line in zip(facts.velocity, facts.acceleration, out, strict=True):
-        if type(a) is float and a == 0.0:
+    rests: Any = facts.rests[1]
+    for k, (v0, a, line) in enumerate(zip(facts.velocity, facts.acceleration, out, strict=True)):
+        if rests is not None:
+            _add(v0, s * a + rests[k], line)
+        elif type(a) is float and a == 0.0:
             line[...] = v0
         else:
             _add(v0, s * a, line)
 
 
-def _spans_since(t: Instant, base: Array, offset: Array) -> Array:
+def spans_since(t: Instant, base: Array, offset: Array) -> Array:
     """`elapsed` for arrays, to the same bits."""
     s = t[0] + -base
     u = s - t[0]

@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from xpheve.bodies import Bodies
-from xpheve.errors import NoStepperError
+from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.kernels.clock import Instant, elapsed, later
-from xpheve.steppers.contract import Array, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stepper, Stop
-from xpheve.steppers.flights import FlightState, FlightStepper
+from xpheve.steppers.contract import (
+    Array,
+    Grid,
+    Offer,
+    Refusal,
+    Rows,
+    Settings,
+    Signature,
+    Sources,
+    State,
+    Stepper,
+    Stop,
+)
+from xpheve.steppers.flights import FlightState, FlightStepper, spans_since
 
 GROWTH = 5.0  # of a step over the last at most, as usual: Hairer, Norsett, Wanner I, II.4
 SAFETY = 0.9
 SMALLEST = 1e-14  # of the time at hand; a step below it no longer moves the clock reliably
+
+KEPT = {"position_rest": 3, "velocity_rest": 3, "working": 3, "work": 1, "work_rest": 1}
+"""What a row keeps besides its flight: remainders of compensated sums, the present force without potential, and the work of those before."""
 
 
 class Midpoint(FlightStepper):
@@ -24,17 +39,19 @@ class Midpoint(FlightStepper):
     Drift-kick-drift (Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4 and II.5): symplectic for forces of position alone;
     for forces of velocity the kick is by the midpoint rule; stored forces act exactly; torques kick between two halves of free rotation.
     Second order. With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
+    Places, velocities and work are compensated sums (`xpheve.loop.fields`).
     """
 
     id: ClassVar[str] = "core:midpoint"
     promise: ClassVar[str] = "second order in the step; symplectic at fixed dt"
+    books_work: ClassVar[bool] = True
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         return Offer(2.0, 100.0, False)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         state = FlightState(np.zeros(0, dtype=np.int64))
-        state.arrays["working"] = np.zeros((3, 0))
+        state.arrays |= {name: np.zeros((width, 0)) for name, width in KEPT.items()}
         state.numbers = {"base": t[0], "offset": t[1], "next": 0.0, "second": 0.0, "steps": 0.0, "rejected": 0.0}
         self.join(state, rows, bodies, t)
         return state
@@ -59,6 +76,8 @@ class Midpoint(FlightStepper):
     def covered(self, state: State) -> Instant:
         return state.numbers["base"], state.numbers["offset"]
 
+    # Fixed steps
+
     def advance(
         self, state: State, bodies: Bodies, need: Instant, wall: Instant, settings: Settings, sources: Sources | None
     ) -> Stop:
@@ -66,24 +85,109 @@ class Midpoint(FlightStepper):
         begin = self.covered(state)
         if begin >= need:
             return Stop(begin, ())
-        step = _Step(self, state, bodies, sources)
         if settings.dt is not None:
-            span, trial = elapsed(wall, begin), step.first(begin, elapsed(wall, begin))
-            end = wall
-            state.numbers["second"] = 0.0
-        elif state.numbers["second"] > 0.0:
-            span = state.numbers["second"]
-            trial, end = step.first(begin, span), later(begin, span)
-            state.numbers["second"] = 0.0
-        else:
-            span, trial = step.to_tolerance(begin, elapsed(wall, begin), settings)
-            end = later(begin, span)
-        if not np.isfinite(span):
+            grid = Grid(begin, elapsed(wall, begin), 0)
+            return self._stride(state, bodies, grid, 1, wall, sources)
+        return self._to_tolerance(state, bodies, wall, settings, sources)
+
+    def stride(
+        self, state: State, bodies: Bodies, grid: Grid, steps: int, settings: Settings, sources: Sources | None
+    ) -> Stop:
+        assert isinstance(state, FlightState) and sources is not None
+        if sources.program is None or _turns(state, bodies):
+            return super().stride(state, bodies, grid, steps, settings, sources)
+        return self._stride(state, bodies, grid, steps, grid.point(steps), sources)
+
+    def _stride(
+        self, state: FlightState, bodies: Bodies, grid: Grid, steps: int, end: Instant, sources: Sources
+    ) -> Stop:
+        """``steps`` steps of ``grid``; the last ends at ``end``, and is the flight that is under way then."""
+        if not np.isfinite(grid.dt):
             raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
-        self._commit(state, bodies, slice(None), begin, trial)
-        state.numbers["base"], state.numbers["offset"] = end
-        state.numbers["steps"] += 1.0
+        state.numbers["second"] = 0.0
+        found = self._ended(state, bodies, self.covered(state))
+        if sources.program is None or _turns(state, bodies):
+            trial = _Step(self, state, bodies, sources).flights(grid.origin, grid.dt, state.rows, found)
+        else:
+            trial = self._run(state, bodies, grid, steps, found, sources)
+        self._commit(state, bodies, slice(None), grid.point(steps - 1), trial)
+        self._cover(state, end, steps)
         return Stop(end, state.rows.tolist())
+
+    def _run(
+        self, state: FlightState, bodies: Bodies, grid: Grid, steps: int, found: dict[str, Array], sources: Sources
+    ) -> dict[str, Array]:
+        """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
+        numbers = sources.pack(state, found)
+        changing = sources.program.loop.slots.changing
+        kept = numbers.copy()
+        sources.run(numbers, grid, steps)
+        if not np.isfinite(numbers[:changing]).all():
+            self._fail(state, bodies, grid, steps, found, kept, sources)
+        return found | sources.unpack(numbers) | {"torque": bodies.arrays["torque"][:, state.rows]}
+
+    def _fail(
+        self,
+        state: FlightState,
+        bodies: Bodies,
+        grid: Grid,
+        steps: int,
+        found: dict[str, Array],
+        kept: Array,
+        sources: Sources,
+    ) -> None:
+        """Go to the last step that is finite, and raise what makes the next one fail."""
+        changing = sources.program.loop.slots.changing
+        good, bad = 0, steps
+        best = kept
+        while bad - good > 1:
+            middle = (good + bad) // 2
+            numbers = kept.copy()
+            sources.run(numbers, grid, middle)
+            if np.isfinite(numbers[:changing]).all():
+                good, best = middle, numbers
+            else:
+                bad = middle
+        if good:
+            trial = found | sources.unpack(best) | {"torque": bodies.arrays["torque"][:, state.rows]}
+            self._commit(state, bodies, slice(None), grid.point(good - 1), trial)
+            self._cover(state, grid.point(good), good)
+        begin = grid.point(good)
+        trial = self._ended(state, bodies, self.covered(state))
+        _Step(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
+        row = int(np.flatnonzero(~np.isfinite(numbers_of(kept, sources, grid, bad, changing)).all(axis=0))[0])
+        raise LawFailedError(
+            f"motion leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+        )
+
+    def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
+        state.numbers["base"], state.numbers["offset"] = end
+        state.numbers["steps"] += float(steps)
+
+    def _ended(
+        self, state: FlightState, bodies: Bodies, t: Instant, which: slice | Rows = slice(None)
+    ) -> dict[str, Array]:
+        """State, remainders and work of rows at ``t``, to which their present flights have led; nothing is written."""
+        rows = state.rows[which]
+        held = {name: array[:, which] for name, array in state.arrays.items()}
+        x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
+        s = spans_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
+        way = s * (v + (0.5 * s) * a)
+        found: dict[str, Array] = {}
+        found["position"], found["position_rest"] = two_sums(x, way + held["position_rest"])
+        found["velocity"], found["velocity_rest"] = two_sums(v, s * a + held["velocity_rest"])
+        force = held["working"] + bodies.arrays["working"][:, rows]
+        joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + held["work_rest"][0]
+        work, rest = two_sums(held["work"][0], joules)
+        found["work"], found["work_rest"] = work[None], rest[None]
+        found["orientation"] = bodies.arrays["orientation"][:, rows].copy()
+        found["angular_velocity"] = bodies.arrays["angular_velocity"][:, rows].copy()
+        turning = found["angular_velocity"].any(axis=0) | held["torque"].any(axis=0)
+        places = np.arange(state.count)[which]
+        for k in np.flatnonzero(turning).tolist():
+            for name in ("orientation", "angular_velocity"):
+                found[name][:, k] = self.read_row(state, bodies, t, name, int(places[k]))
+        return found
 
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
@@ -92,9 +196,8 @@ class Midpoint(FlightStepper):
         for name in ("position", "velocity", "orientation", "angular_velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
-        state.arrays["acceleration"][:, which] = trial["acceleration"]
-        state.arrays["torque"][:, which] = trial["torque"]
-        state.arrays["working"][:, which] = trial["working"]
+        for name in ("acceleration", "torque", *KEPT):
+            state.arrays[name][:, which] = trial[name]
         state.facts = None
         bodies.change += 1
 
@@ -105,10 +208,34 @@ class Midpoint(FlightStepper):
         assert isinstance(state, FlightState) and sources is not None
         together = sources.joined(rows)
         which = self.changed_locals(bodies, together)
+        written = which[(bodies.clock[0, together] == t[0]) & (bodies.clock[1, together] == t[1])]
+        for name in ("position_rest", "velocity_rest"):  # what was written is what it says
+            state.arrays[name][:, written] = 0.0
         span = elapsed(self.covered(state), t)
-        trial = _Step(self, state, bodies, sources).first(t, max(span, 0.0), which)
+        trial = self._ended(state, bodies, t, which)
+        trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows[which], trial)
         self._commit(state, bodies, which, t, trial)
         return together
+
+    # Steps to tolerances
+
+    def _to_tolerance(
+        self, state: FlightState, bodies: Bodies, wall: Instant, settings: Settings, sources: Sources
+    ) -> Stop:
+        begin = self.covered(state)
+        step = _Step(self, state, bodies, sources)
+        start = self._ended(state, bodies, begin)
+        if state.numbers["second"] > 0.0:
+            span = state.numbers["second"]
+            trial = step.flights(begin, span, state.rows, start)
+            state.numbers["second"] = 0.0
+        else:
+            span, trial = step.to_tolerance(begin, elapsed(wall, begin), settings, start)
+        if not np.isfinite(span):
+            raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
+        self._commit(state, bodies, slice(None), begin, trial)
+        self._cover(state, later(begin, span), 1)
+        return Stop(self.covered(state), state.rows.tolist())
 
 
 class _Step:
@@ -116,16 +243,6 @@ class _Step:
 
     def __init__(self, stepper: Stepper, state: FlightState, bodies: Bodies, sources: Sources) -> None:
         self.stepper, self.state, self.bodies, self.sources = stepper, state, bodies, sources
-
-    def first(self, t: Instant, span: float, which: slice | Rows = slice(None)) -> dict[str, Array]:
-        """From the state at ``t``: the flights that serve until ``span`` later."""
-        state, bodies = self.state, self.bodies
-        begin = {}
-        for name in ("position", "velocity", "orientation", "angular_velocity"):
-            whole = np.empty((4 if name == "orientation" else 3, state.count))
-            self.stepper.read(state, bodies, t, name, whole)
-            begin[name] = whole[:, which]
-        return self.flights(t, span, state.rows[which], begin)
 
     def flights(self, t: Instant, span: float, rows: Rows, begin: dict[str, Array]) -> dict[str, Array]:
         """Acceleration and torque found half way, beside the state at the beginning."""
@@ -175,14 +292,16 @@ class _Step:
             "angular_velocity": omega,
         }
 
-    def to_tolerance(self, t: Instant, longest: float, settings: Settings) -> tuple[float, dict[str, Array]]:
+    def to_tolerance(
+        self, t: Instant, longest: float, settings: Settings, start: dict[str, Array]
+    ) -> tuple[float, dict[str, Array]]:
         """The first of two half steps that agree with a whole one (step doubling; Hairer, Norsett, Wanner I, II.4)."""
         numbers, rows = self.state.numbers, self.state.rows
-        wanted = numbers["next"] or self._guess(t)
+        wanted = numbers["next"] or self._guess(t, start)
         while True:
             span = min(wanted, longest)
-            whole = self.first(t, span)
-            first = self.first(t, 0.5 * span)
+            whole = self.flights(t, span, rows, start)
+            first = self.flights(t, 0.5 * span, rows, start)
             halfway = self.end(first, rows, 0.5 * span)
             second = self.flights(later(t, 0.5 * span), 0.5 * span, rows, halfway)
             error = self._error(self.end(whole, rows, span), self.end(second, rows, 0.5 * span), first, settings)
@@ -199,9 +318,9 @@ class _Step:
                     "Loosen the tolerances, or give run(dt=...)"
                 )
 
-    def _guess(self, t: Instant) -> float:
+    def _guess(self, t: Instant, start: dict[str, Array]) -> float:
         """A first step: a hundredth of the time in which velocity or position changes by its own size."""
-        trial = self.first(t, 0.0)
+        trial = self.flights(t, 0.0, self.state.rows, start)
         x, v, a = (float(np.abs(trial[name]).max(initial=0.0)) for name in ("position", "velocity", "acceleration"))
         times = [x / v if v and x else 0.0, v / a if v and a else 0.0]
         return 0.01 * min([time for time in times if time > 0.0], default=0.1)
@@ -218,3 +337,23 @@ class _Step:
             gap = np.abs(coarse[name] - fine[name]) / 3.0 / scale
             worst = max(worst, float(gap.max(initial=0.0)))
         return worst if np.isfinite(worst) else np.inf
+
+
+def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
+    """``a + b``, and what rounding lost of it (Knuth, TAOCP 2, 4.2.2)."""
+    t = a + b
+    d = t - a
+    return t, (a - (t - d)) + (b - d)
+
+
+def numbers_of(kept: Array, sources: Sources, grid: Grid, steps: int, changing: int) -> Any:
+    """What the program makes of ``kept`` in ``steps`` steps."""
+    numbers = kept.copy()
+    sources.run(numbers, grid, steps)
+    return numbers[:changing]
+
+
+def _turns(state: State, bodies: Bodies) -> bool:
+    """Whether a row spins, or a torque acts on it."""
+    rows = state.rows
+    return bool(bodies.arrays["angular_velocity"][:, rows].any() or bodies.arrays["torque"][:, rows].any())

@@ -103,6 +103,10 @@ class Tracker:
                 for watch, subject in self._by_object.get(obj, ()):
                     self.look(watch, subject)
 
+    def follows_any(self, objects: Iterable[PhysicalObject]) -> bool:
+        """Whether a quantity of one of ``objects`` is followed."""
+        return bool(self._by_object) and any(self._by_object.get(obj) for obj in objects)
+
     def moved(self, point: Probe) -> None:
         """The host moved ``point``."""
         for watch in self.watches.values():

@@ -1,0 +1,61 @@
+"""Text of pair forces for NumPy: the same sums in the same order, a chunk of pairs at a time."""
+
+from __future__ import annotations
+
+from xpheve.loop.couples import ALL, LISTED, PairText
+from xpheve.loop.terms import LANES
+from xpheve.trace.emit import Writer
+from xpheve.trace.graph import Input
+
+
+class ArrayPairText(PairText):
+    """As `PairText`, for ``s`` of shape (slots, rows) and lists of row numbers."""
+
+    arrays = True
+
+    def _place(self, one: Input) -> str:
+        if one.name == "position":
+            return str(self.slots.at("middle", one.component) // LANES)
+        if one.name == "velocity":
+            return f"speeds // {LANES} + {one.component}"
+        return str(self.slots.at(one.name, one.component) // LANES)
+
+    def _loads(self, side: str) -> list[str]:
+        return [
+            f"{one.side}_{one.name}{one.component or ''} = s[{self._place(one)}, {side}]" for one in self._inputs(side)
+        ]
+
+    def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
+        arrays = Writer(writer.leaf, arrays=True, prefix="t")
+        arrays.names.update(writer.names)
+        return super()._force(arrays)
+
+    def _act(self, names: list[str]) -> list[str]:
+        lines = []
+        for target in self._targets():
+            for c, name in enumerate(names):
+                lines.append(f"add_pairs(s[{self.slots.at(target, c) // LANES}], a, b, {name})")
+        return lines
+
+    def function(self) -> list[str]:
+        writer, parameters, fixed = self._writer()
+        force, names = self._force(writer)
+        inner = [*self._loads("a"), *self._loads("b")]
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        if self.shared:
+            head += [f"    {line}" for line in parameters + fixed]
+        else:
+            inner += ["q = rows[k]", *parameters, *fixed]
+        if self.how == LISTED:
+            head.append("    for k in chunks(count):")
+            inner = ["a = left[k]", "b = right[k]", *inner]
+        elif self.how == ALL:
+            head.append("    for a, b in all_pairs(left, count):")
+        else:
+            head.append(
+                f"    for a, b in near_pairs(s[{self.slots.at('middle') // LANES}:], left, count, p[q + {self.term.size}]):"
+            )
+        return [*head, *(f"        {line}" for line in [*inner, *force, *self._act(names)]), "    return 0", ""]
+
+
+__all__ = ["ArrayPairText"]

@@ -1,0 +1,67 @@
+"""The NumPy tier: the array text of a loop, made a function, and the sums over pairs that it calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xpheve.kernels import clock, ieee
+
+Array = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+CHUNK = 1 << 18
+"""Pairs at a time: enough to make calls cheap, few enough for caches and memory."""
+
+
+def chunks(count: int) -> Iterator[slice]:
+    """``count`` pairs, a chunk at a time."""
+    for begin in range(0, count, CHUNK):
+        yield slice(begin, min(begin + CHUNK, count))
+
+
+def all_pairs(rows: Places, count: int) -> Iterator[tuple[Places, Places]]:
+    """All pairs of ``rows``, first by first, in chunks."""
+    first: list[int] = []
+    held = 0
+    for i in range(count):
+        first.append(i)
+        held += count - 1 - i
+        if held >= CHUNK or i == count - 1:
+            sizes = count - 1 - np.array(first)
+            left = np.repeat(np.array(first), sizes)
+            right = np.concatenate([np.arange(i + 1, count) for i in first])
+            yield rows[left], rows[right]
+            first, held = [], 0
+
+
+def add_pairs(target: Array, left: Places, right: Places, force: Any) -> None:
+    """Add ``force`` to the rows ``left`` and take it from the rows ``right``, pair by pair, in this order."""
+    both = np.empty(2 * len(left), dtype=np.int64)
+    both[0::2], both[1::2] = left, right
+    signed = np.empty(2 * len(left))
+    signed[0::2] = force
+    np.negative(signed[0::2], out=signed[1::2])
+    np.add.at(target, both, signed)
+
+
+@lru_cache(maxsize=64)
+def array_entry(text: str) -> Callable[[Sequence[Array], Sequence[Places]], int]:
+    """The entry of the array ``text``. NumPy's warnings of what is not finite are off: what comes of it is checked by the caller."""
+    names: dict[str, Any] = {"np": np, "math": math, "chunks": chunks, "all_pairs": all_pairs, "add_pairs": add_pairs}
+    names.update({f"ieee__{name}": value for name, value in vars(ieee).items() if callable(value)})
+    names.update({f"clock__{name}": value for name, value in vars(clock).items() if callable(value)})
+    exec(compile(text, "<loop for arrays>", "exec"), names)
+    entry = names["entry"]
+
+    def run(floats: Sequence[Array], ints: Sequence[Places]) -> int:
+        with np.errstate(all="ignore"):
+            found: int = entry(floats, [one.tolist() if k < 2 else one for k, one in enumerate(ints)])
+        return found
+
+    return run

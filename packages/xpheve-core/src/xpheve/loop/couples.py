@@ -1,0 +1,158 @@
+"""Text of the part of a loop that sums the forces of pair laws onto rows."""
+
+from __future__ import annotations
+
+from xpheve.loop.fields import AXES, PARAMETERS, UP
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
+from xpheve.trace.emit import Writer
+from xpheve.trace.graph import Input, Node, walk
+
+LISTED, ALL, NEAR = "listed", "all", "near"
+"""Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another."""
+
+
+class PairText:
+    """Writes function ``pairs_<number>``: the force of ``term`` on the rows of each pair, added in the order of the pairs.
+
+    Lists hold addresses: where in ``s`` the first number of a row lies. ``shared`` says that all pairs have one instance's parameters.
+    """
+
+    arrays = False
+
+    def __init__(self, number: int, term: Term, slots: Slots, how: str, shared: bool) -> None:
+        self.number, self.term, self.slots, self.how, self.shared = number, term, slots, how, shared
+
+    def function(self) -> list[str]:
+        """The lines of the function."""
+        if self.how == LISTED:
+            return self._listed()
+        return self._of_rows()
+
+    # What a node is called
+
+    def _writer(self) -> tuple[Writer, list[str], list[str]]:
+        """The writer of one pair's force; the lines of parameters, and of what depends on them alone."""
+        term = self.term
+        parameters = [f"k{m} = p[q + {m}]" for m in range(len(term.trace.parameters))]
+        names = {one: f"k{m}" for m, one in enumerate(term.trace.parameters)}
+        if term.switch:
+            parameters.append(f"on = p[q + {len(names)}]")
+
+        def leaf(node: Node) -> str:
+            if node.op == "param":
+                return names[node.value]
+            if node.value.name == "time":
+                return "now"
+            if node.value.name == "up":
+                return f"p[{UP + node.value.component}]"
+            return _variable(node.value)
+
+        outputs = term.trace.force or ()
+        own = rowwise(outputs) | depends(outputs, ("time",))
+        head = Writer(leaf, self.arrays and not self.shared, prefix="f")
+        head.write(shared_nodes(outputs, own))
+        writer = Writer(leaf, prefix="t")
+        writer.names.update(head.names)
+        return writer, parameters, head.lines
+
+    def _inputs(self, side: str) -> list[Input]:
+        """What the force reads of one side, sorted; of near pairs always the place."""
+        found = {
+            n.value
+            for n in walk(self.term.trace.force or ())
+            if n.op == "input" and n.value.side == side and n.value.name not in SCENE
+        }
+        if self.how == NEAR:
+            found |= {Input(side, "position", c) for c in range(3)}
+        return sorted(found)
+
+    def _loads(self, side: str) -> list[str]:
+        return [f"{_variable(one)} = s[{side} + {self._place(one)}]" for one in self._inputs(side)]
+
+    def _place(self, one: Input) -> str:
+        if one.name == "position":
+            return str(self.slots.at("middle", one.component))
+        if one.name == "velocity":
+            return f"speeds + {one.component * LANES}"
+        return str(self.slots.at(one.name, one.component))
+
+    def _targets(self) -> list[str]:
+        names = ["push" if self.term.of_velocity else "pull"]
+        if not self.term.accounted:
+            names.append(f"{names[0]}_working")
+        return names
+
+    def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
+        """Lines that find the force on ``a``, and its components."""
+        names = writer.write(list(self.term.trace.force or ()))
+        lines = list(writer.lines)
+        if self.term.switch:
+            lines += [f"o{axis} = {name} if on != 0.0 else 0.0" for axis, name in zip(AXES, names, strict=True)]
+            names = [f"o{axis}" for axis in AXES]
+        return lines, names
+
+    def _add(self, row: str, sign: str, names: list[str]) -> list[str]:
+        lines = []
+        for target in self._targets():
+            for c, name in enumerate(names):
+                place = f"s[{row} + {self.slots.at(target, c)}]"
+                lines.append(f"{place} = {place} {sign} {name}")
+        return lines
+
+    # The three ways
+
+    def _listed(self) -> list[str]:
+        writer, parameters, fixed = self._writer()
+        force, names = self._force(writer)
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        inner = ["a = left[k]", "b = right[k]"]
+        if self.shared:
+            head += [f"    {line}" for line in parameters + fixed]
+        else:
+            inner += ["q = rows[k]", *parameters, *fixed]
+        inner += [
+            *self._loads("a"),
+            *self._loads("b"),
+            *force,
+            *self._add("a", "+", names),
+            *self._add("b", "-", names),
+        ]
+        return [*head, "    for k in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
+
+    def _of_rows(self) -> list[str]:
+        """All pairs of rows, or those within reach, row by row: what acts on the first of them is summed in variables."""
+        writer, parameters, fixed = self._writer()
+        force, names = self._force(writer)
+        targets = [(target, c) for target in self._targets() for c in range(3)]
+        gather = [f"r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
+        scatter = [f"s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
+        inner = [*self._loads("b")]
+        act = [*force, *(f"r{m} = r{m} + {names[c]}" for m, (_, c) in enumerate(targets)), *self._add("b", "-", names)]
+        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now):"]
+        head += [f"    {line}" for line in parameters + fixed]
+        body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a") + gather)]
+        if self.how == ALL:
+            body += [
+                "    for j in range(i + 1, count):",
+                "        b = rows[j]",
+                *(f"        {line}" for line in inner + act),
+            ]
+        else:
+            near = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+            body += ["    for m in range(first[i], first[i + 1]):", "        b = rows[partners[m]]"]
+            body += [f"        {line}" for line in [*inner, *near]]
+            body += [
+                "        if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:",
+                *(f"            {line}" for line in act),
+            ]
+            head.append(f"    reach_squared = p[q + {self.term.size}]")
+        body += [f"    {line}" for line in scatter]
+        return [*head, *(f"    {line}" for line in body), "    return 0", ""]
+
+
+def _variable(one: Input) -> str:
+    """What a number of a pair is called."""
+    return f"{one.side}_{one.name}{one.component or ''}"
+
+
+__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText"]

@@ -1,0 +1,254 @@
+"""Text of the part of a loop that moves rows: forces of field laws, the kick, the drift.
+
+One step of length h, for every row (drift-kick-drift, the kick by the midpoint rule; Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4, II.5):
+
+    m = x + h/2 v;   F(m, v) gives v' = v + h/2 a;   F(m, v') gives a;   x += h (v + h/2 a);   v += h a
+
+Forces without velocities are found once. Sums of x, v and work keep their remainders (Knuth's two-sum; TAOCP 2, 4.2.2). In the last step
+of a call only a is found: its flight is under way, and ends when somebody asks for more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from xpheve.loop.terms import LANES, Slots, Term, depends, rowwise, shared_nodes, summation_order
+from xpheve.trace.emit import Writer
+from xpheve.trace.graph import Node
+
+AXES = "xyz"
+H, ORIGIN, UP, PARAMETERS = 0, 1, 3, 6
+"""Where the length of a step, the origin of the grid (two floats), the scene's up and the first law's parameters lie in the parameter table."""
+
+
+class FieldText:
+    """Writes function ``fields_<number>`` for rows that obey ``terms``, in this order.
+
+    ``arrays`` chooses NumPy text, in which ``s`` is (slots, rows) and a row loop is an array operation; else ``s`` is flat, in tiles.
+    """
+
+    def __init__(self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, arrays: bool) -> None:
+        self.number, self.terms, self.slots, self.arrays = number, terms, slots, arrays
+        self.stored_work = stored_work
+        self.pulled, self.pushed = "pull" in slots.first, "push" in slots.first
+        self.head: list[str] = []
+        """Once a call: parameters and what depends on them alone."""
+        self.tick: list[str] = []
+        """Once a step: what depends on time alone."""
+        self.body: list[str] = []
+        """Once a row and step."""
+        self._loaded: dict[str, str] = {}
+        self.writers: list[Writer] = []
+        offset = 0
+        for k, term in enumerate(terms):
+            self.writers.append(self._writer(k, term, offset))
+            offset += term.size
+        self.working = stored_work or self.pulled or any(not term.accounted for term in terms)
+
+    @property
+    def reads_time(self) -> bool:
+        """Whether a law reads the time."""
+        return any("time" in term.trace.reads for term in self.terms)
+
+    @property
+    def of_velocity(self) -> bool:
+        """Whether a force depends on the velocity."""
+        return any(term.of_velocity for term in self.terms)
+
+    # What a node is called
+
+    def _writer(self, k: int, term: Term, offset: int) -> Writer:
+        """A writer for term ``k`` that knows already what is the same for all rows."""
+        names = {one: f"k{k}_{m}" for m, one in enumerate(term.trace.parameters)}
+        self.head += [f"{names[one]} = p[q + {offset + m}]" for m, one in enumerate(term.trace.parameters)]
+        if term.switch:
+            self.head.append(f"on_{k} = p[q + {offset + len(names)}]")
+
+        def leaf(node: Node) -> str:
+            if node.op == "param":
+                return names[node.value]
+            _, name, component = node.value
+            if name == "time":
+                return "now"
+            if name == "up":
+                return f"p[{UP + component}]"
+            if name == "position":
+                return f"m{AXES[component]}"
+            if name == "velocity":
+                return f"v{AXES[component]}"
+            return self._column(name, component)
+
+        outputs = term.trace.force or ()
+        timely, own = depends(outputs, ("time",)), rowwise(outputs)
+        fixed = Writer(leaf, prefix=f"f{k}_")
+        fixed.write(shared_nodes(outputs, own | timely))
+        self.head += fixed.lines
+        later = Writer(leaf, prefix=f"g{k}_")
+        later.names.update(fixed.names)
+        later.write(shared_nodes(outputs, own))
+        self.tick += later.lines
+        writer = Writer(leaf, self.arrays, prefix=f"a{k}_")
+        writer.names.update(later.names)
+        return writer
+
+    def _column(self, name: str, component: int) -> str:
+        """The variable that holds a number of the row; loaded at its first use."""
+        variable = f"c_{name}{component or ''}"
+        if variable not in self._loaded:
+            self._loaded[variable] = variable
+            self.body.append(f"{variable} = {self.load(name, component)}")
+        return variable
+
+    def load(self, name: str, component: int = 0) -> str:
+        """A number of the row, where it lies."""
+        place = self.slots.at(name, component)
+        return f"s[{place // LANES}, first:last]" if self.arrays else f"s[i + {place}]"
+
+    def store(self, name: str, component: int, value: str) -> None:
+        self.body.append(f"{self.load(name, component)} = {value}")
+
+    # One row
+
+    def _forces(self, stage: int, which: Sequence[int]) -> dict[int, list[str]]:
+        """Write the forces of terms ``which``; the names of their components. At stage 2 velocities are those of the middle."""
+        found = {}
+        for k in which:
+            term, writer = self.terms[k], self.writers[k]
+            outputs = list(term.trace.force or ())
+            if stage == 2:
+                moved = depends(outputs, ("velocity",))
+                writer.names = {index: name for index, name in writer.names.items() if index not in moved}
+                inputs = {
+                    n.index: f"u{AXES[n.value.component]}"
+                    for n in term.trace.graph.nodes
+                    if n.op == "input" and n.value.name == "velocity"
+                }
+                writer.names.update(inputs)
+                writer.prefix = f"b{k}_"
+            at = len(writer.lines)
+            names = writer.write(outputs)
+            self.body += writer.lines[at:]
+            if term.switch:
+                names = self._switched(k, stage, names)
+            found[k] = names
+        return found
+
+    def _switched(self, k: int, stage: int, names: list[str]) -> list[str]:
+        """The components, or 0 where the term is put out."""
+        put = [f"o{k}{stage}{axis}" for axis in AXES]
+        for new, old in zip(put, names, strict=True):
+            self.body.append(f"{new} = {old} if on_{k} != 0.0 else 0.0")
+        return put
+
+    def _sum(self, prefix: str, parts: list[list[str]]) -> list[str]:
+        """Variables that hold the sums of ``parts``, component by component."""
+        names = [f"{prefix}{axis}" for axis in AXES]
+        for c, name in enumerate(names):
+            self.body.append(f"{name} = {' + '.join(part[c] for part in parts) if parts else '0.0'}")
+        return names
+
+    def _slot(self, name: str) -> list[str]:
+        return [self.load(name, c) for c in range(3)]
+
+    def _acceleration(self, prefix: str, force: list[str]) -> None:
+        for c, axis in enumerate(AXES):
+            self.body.append(f"{prefix}{axis} = w{axis} + {force[c]} * im")
+
+    def row(self, half_only: bool = False) -> list[str]:
+        """The lines of one row and step. ``half_only``: only as far as the velocity of the middle, which is stored."""
+        self.body = []
+        self._loaded = {}
+        for c, axis in enumerate(AXES):
+            self.body += [f"x{axis} = {self.load('position', c)}", f"v{axis} = {self.load('velocity', c)}"]
+            self.body += [f"w{axis} = {self.load('stored', c)}"]
+        self.body.append(f"im = {self.load('inverse_mass')}")
+        for axis in AXES:
+            self.body.append(f"m{axis} = x{axis} + half * v{axis}")
+        order = summation_order(self.terms)
+        still = [k for k in order if not self.terms[k].of_velocity]
+        moving = [k for k in order if self.terms[k].of_velocity]
+        forces = self._forces(1, still)
+        before = [[*([self._slot("pull")] if self.pulled else []), *(forces[k] for k in still)]]
+        if moving or self.pushed:
+            if not self.pushed or half_only:
+                first = forces | self._forces(1, moving)
+                push = [self._slot("push")] if self.pushed else []
+                self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving]))
+                for axis in AXES:
+                    self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+                if half_only:
+                    for c, axis in enumerate(AXES):
+                        self.store("middle_velocity", c, f"u{axis}")
+                    return self.body
+            else:
+                for c, axis in enumerate(AXES):
+                    self.body.append(f"u{axis} = {self.load('middle_velocity', c)}")
+            forces |= self._forces(2, moving)
+        push = [self._slot("push")] if self.pushed else []
+        total = self._sum("e", before[0] + push + [forces[k] for k in moving])
+        self._acceleration("a", total)
+        self._finish(total, [forces[k] for k in order if not self.terms[k].accounted])
+        return self.body
+
+    def _finish(self, total: list[str], working: list[list[str]]) -> None:
+        """Drift and kick by ``g``, which is h, or 0 in the last step of a call; what the row keeps is stored."""
+        for c, axis in enumerate(AXES):
+            self.store("acceleration", c, f"a{axis}")
+        for axis in AXES:
+            self.body.append(f"d{axis} = g * (v{axis} + gh * a{axis})")
+        if self.working:
+            parts = [
+                *([self._slot("pull_working")] if self.pulled else []),
+                *([self._slot("push_working")] if self.pushed else []),
+                *working,
+            ]
+            names = self._sum("z", parts)
+            for c in range(3):
+                self.store("working", c, names[c])
+            if self.stored_work:
+                names = self._sum("z", [names, self._slot("stored_working")])
+            self.body.append(f"j = zx * dx + zy * dy + zz * dz + {self.load('work_rest')}")
+            self._two_sum("work", 0, self.load("work"), "j")
+        for c, axis in enumerate(AXES):
+            self.body.append(f"j = d{axis} + {self.load('position_rest', c)}")
+            self._two_sum("position", c, f"x{axis}", "j")
+            self.body.append(f"j = g * a{axis} + {self.load('velocity_rest', c)}")
+            self._two_sum("velocity", c, f"v{axis}", "j")
+
+    def _two_sum(self, name: str, component: int, old: str, more: str) -> None:
+        """``old + more`` into slot ``name``, and what rounding lost into its rest."""
+        if "s[" in old:
+            self.body.append(f"y = {old}")
+            old = "y"
+        self.body += [f"t = {old} + {more}", f"b = t - {old}"]
+        self.store(f"{name}_rest", component, f"({old} - (t - b)) + ({more} - b)")
+        self.store(name, component, "t")
+
+    # The function
+
+    def function(self, half_only: bool = False) -> list[str]:
+        """The lines of ``fields_<number>``, or of ``halves_<number>``."""
+        name = "halves" if half_only else "fields"
+        body = self.row(half_only)
+        head = [
+            f"def {name}_{self.number}(s, p, w, first, last, lanes_of_last, q, step, stop, steps, number):",
+            "    h = p[0]",
+            "    half = 0.5 * h",
+        ]
+        head += [f"    {line}" for line in self.head]
+        tick = ["g = h if k < steps - 1 else 0.0", "gh = 0.5 * g"]
+        if self.reads_time:
+            tick.append(f"now = clock__later(clock__multiple((p[{ORIGIN}], p[{ORIGIN + 1}]), number + k, h), half)[0]")
+        tick += self.tick
+        if self.arrays:
+            lines = [*head, "    for k in range(step, stop):"]
+            lines += [f"        {line}" for line in [*tick, *body]]
+            return [*lines, "    return 0", ""]
+        lines = [*head, "    for tile in range(first, last):", f"        base = tile * {self.slots.width * LANES}"]
+        lines += [
+            f"        lanes = {LANES} if tile < last - 1 else lanes_of_last",
+            "        for k in range(step, stop):",
+        ]
+        lines += [f"            {line}" for line in tick]
+        lines += ["            for i in range(base, base + lanes):", *(f"                {line}" for line in body)]
+        return [*lines, "    return 0", ""]

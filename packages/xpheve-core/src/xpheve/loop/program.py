@@ -1,0 +1,230 @@
+"""A loop for the rows of one batch: its text, its numbers, and a run of many steps in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from xpheve.kernels.clock import Instant
+from xpheve.loop.array_run import array_entry
+from xpheve.loop.couples import ALL, LISTED, NEAR
+from xpheve.loop.fields import PARAMETERS
+from xpheve.loop.terms import LANES, Term
+from xpheve.loop.text import LoopText, PairKind
+
+Array = NDArray[np.float64]
+Places = NDArray[np.int64]
+
+INTERPRETED, NUMPY, COMPILED = "interpreted", "numpy", "compiled"
+
+
+class Segment(NamedTuple):
+    """Rows ``first`` to ``last`` of a program that obey the same laws, in order of rank, as ``terms`` say."""
+
+    laws: tuple[Any, ...]
+    terms: tuple[Term, ...]
+    first: int
+    last: int
+
+
+class Couples(NamedTuple):
+    """The pairs of one pair law class: rows ``left`` and ``right`` of the program, or all or the near ones of the rows ``left``.
+
+    ``laws`` are the instances, ``which`` says which one each pair belongs to; None if there is one.
+    """
+
+    term: Term
+    laws: tuple[Any, ...]
+    how: str
+    left: Places
+    right: Places
+    which: Places | None
+
+
+class Program:
+    """What runs the rows of a batch: ``moving`` rows in segments, and after them rows that only act (``sources``).
+
+    Parameters
+    ----------
+    segments, couples
+        Laws and who obeys them.
+    moving, sources
+        How many rows move, and how many only act on them.
+    stored_work
+        Whether stored forces without potential act on a row.
+    """
+
+    def __init__(
+        self, segments: Sequence[Segment], couples: Sequence[Couples], moving: int, sources: int, stored_work: bool
+    ) -> None:
+        self.segments, self.couples = tuple(segments), tuple(couples)
+        self.moving, self.sources = moving, sources
+        kinds = list(dict.fromkeys(one.terms for one in segments))
+        self.loop = LoopText(kinds, [PairKind(one.term, one.how, one.which is None) for one in couples], stored_work)
+        self._kinds = [kinds.index(one.terms) for one in segments]
+        self._lay_tiles()
+        self._table: Array | None = None
+        self._entries: dict[str, Callable[..., int]] = {}
+        self._tiles_buffer = np.zeros(self.tiles * self.loop.slots.width * LANES)
+
+    # Numbers
+
+    @property
+    def rows(self) -> int:
+        """All rows: those that move, and those that only act."""
+        return self.moving + self.sources
+
+    @property
+    def work(self) -> int:
+        """About how many operations on rows and pairs a step has; what the choice of a tier goes by."""
+        pairs = sum(len(c.left) * (len(c.left) - 1) // 2 if c.how == ALL else len(c.left) for c in self.couples)
+        return self.moving + pairs
+
+    @property
+    def terms(self) -> list[Term]:
+        """The law classes that act, each once."""
+        return list(dict.fromkeys([*(t for s in self.segments for t in s.terms), *(c.term for c in self.couples)]))
+
+    def _lay_tiles(self) -> None:
+        """Where each row lies: a segment begins with a tile of its own."""
+        parts = [(one.first, one.last) for one in self.segments]
+        if self.sources:
+            parts.append((self.moving, self.rows))
+        self.parts: list[tuple[int, int, int, int]] = []
+        """First and last row, first and last tile of each segment, the sources last."""
+        self.addresses: Places = np.zeros(self.rows, dtype=np.int64)
+        tile = 0
+        for first, last in parts:
+            count = -(-(last - first) // LANES)
+            self.parts.append((first, last, tile, tile + count))
+            within = np.arange(last - first)
+            self.addresses[first:last] = (tile + within // LANES) * self.loop.slots.width * LANES + within % LANES
+            tile += count
+        self.tiles = tile
+
+    def forget_parameters(self) -> None:
+        """A parameter has another value, or a law was switched."""
+        self._table = None
+
+    def table(self, up: Sequence[float]) -> Array:
+        """Length of a step, origin, up, then the parameters of each instance: segments first, then pairs."""
+        if self._table is None:
+            numbers = [0.0] * PARAMETERS
+            numbers[3:6] = [float(one) for one in up]
+            self._places: list[list[int]] = []
+            for segment in self.segments:
+                self._places.append([len(numbers)])
+                for law, term in zip(segment.laws, segment.terms, strict=True):
+                    numbers += values_of(law, term)
+            for couples in self.couples:
+                places = []
+                for law in couples.laws:
+                    places.append(len(numbers))
+                    numbers += values_of(law, couples.term)
+                    if couples.how == NEAR:
+                        numbers.append(float(law.cutoff) ** 2)
+                self._places.append(places)
+            self._table = np.array(numbers)
+        return self._table
+
+    # Text
+
+    def text(self, arrays: bool) -> str:
+        """The text of the loop."""
+        return self.loop.text(arrays)
+
+    def entry(self, tier: str) -> Callable[..., int]:
+        """What runs the loop in ``tier``."""
+        found = self._entries.get(tier)
+        if found is None:
+            found = self._entries[tier] = self._make(tier)
+        return found
+
+    def _make(self, tier: str) -> Callable[..., int]:
+        if tier == NUMPY:
+            return array_entry(self.text(arrays=True))
+        from xpheve.compile import assemble, compiled, interpreted
+
+        text = assemble(self.text(arrays=False))
+        if tier == INTERPRETED:
+            return interpreted(text)
+        return compiled(text, what=" + ".join(dict.fromkeys(term.trace.label for term in self.terms)))
+
+    # Running
+
+    def run(
+        self, tier: str, numbers: Array, steps: int, h: float, origin: Instant, number: int, up: Sequence[float]
+    ) -> None:
+        """Make ``steps`` steps of ``h`` [s] from step ``number`` of the grid on; ``numbers`` (slots, rows) are changed in place.
+
+        The last step is left under way: place and velocity are those of its beginning, and ``acceleration`` acts over it.
+        """
+        table = self.table(up)
+        table[0], table[1], table[2] = h, origin[0], origin[1]
+        entry = self.entry(tier)
+        if tier == NUMPY:
+            floats, ints = self._buffers(numbers, table, steps, number, np.arange(self.rows), rows=True)
+            entry(floats, ints)
+            return
+        tiled = self._to_tiles(numbers)
+        floats, ints = self._buffers(tiled, table, steps, number, self.addresses, rows=False)
+        entry(floats, ints)
+        self._from_tiles(tiled, numbers)
+
+    def _buffers(
+        self, state: Array, table: Array, steps: int, number: int, places: Places, rows: bool
+    ) -> tuple[list[Array], list[Places]]:
+        segments = []
+        for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
+            where = (first, last) if rows else (tile, end)
+            over = (last - first) % LANES or LANES
+            segments.append([self._kinds[k], *where, over, self._places[k][0]])
+        counts = [len(segments), steps, number, self.rows if rows else self.tiles]
+        lists: list[Places] = []
+        for couples, at in zip(self.couples, self._places[len(self.segments) :], strict=True):
+            counts += [len(couples.left), at[0]]
+            which = (
+                np.zeros(1, dtype=np.int64) if couples.which is None else np.array(at, dtype=np.int64)[couples.which]
+            )
+            right = places[couples.right] if couples.how == LISTED else np.zeros(1, dtype=np.int64)
+            lists += [places[couples.left], right, which]
+        flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
+        return [state, table, _NO_TABLES], [np.array(counts, dtype=np.int64), flat, *lists]
+
+    def _to_tiles(self, numbers: Array) -> Array:
+        """``numbers`` (slots, rows) in tiles; lanes that no row has repeat the last row, so that they hold nothing odd."""
+        width = self.loop.slots.width
+        tiled = self._tiles_buffer.reshape(self.tiles, width, LANES)
+        for first, last, tile, end in self.parts:
+            count = end - tile
+            padded = np.empty((width, count * LANES))
+            padded[:, : last - first] = numbers[:, first:last]
+            padded[:, last - first :] = numbers[:, last - 1 : last]
+            tiled[tile:end] = padded.reshape(width, count, LANES).transpose(1, 0, 2)
+        return self._tiles_buffer
+
+    def _from_tiles(self, buffer: Array, numbers: Array) -> None:
+        """What a run changes, back into ``numbers``."""
+        changing = self.loop.slots.changing
+        tiled = buffer.reshape(self.tiles, self.loop.slots.width, LANES)
+        for (first, last, tile, end), _ in zip(self.parts, self.segments, strict=False):
+            part = tiled[tile:end, :changing].transpose(1, 0, 2).reshape(changing, (end - tile) * LANES)
+            numbers[:changing, first:last] = part[:, : last - first]
+
+
+_NO_TABLES = np.zeros(1)
+
+
+def values_of(law: Any, term: Term) -> list[float]:
+    """The numbers of ``law`` in the parameter table."""
+    numbers = []
+    for name, component in term.trace.parameters:
+        value = getattr(law, name)
+        numbers.append(float(value[component] if isinstance(value, tuple) else value))
+    return [*numbers, 1.0 if law.enabled else 0.0]
+
+
+__all__ = ["ALL", "COMPILED", "INTERPRETED", "LISTED", "NEAR", "NUMPY", "Couples", "Program", "Segment"]

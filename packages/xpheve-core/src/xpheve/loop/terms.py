@@ -1,0 +1,124 @@
+"""What a loop is made of: the laws that act, as terms, and where the numbers of a row lie."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from xpheve.trace.graph import Input, Node, walk
+from xpheve.trace.law_trace import LawTrace
+
+LANES = 32
+"""Rows of a tile. A tile holds its numbers lane by lane at constant distances, so that compilers see what overlaps, and caches hold it."""
+
+WIDTHS = {"inertia": 3, "orientation": 4, "angular_velocity": 3}
+"""Numbers of a row that a loop leaves as they are, where they are more than one."""
+
+CHANGING = {
+    "position": 3, "velocity": 3, "position_rest": 3, "velocity_rest": 3, "acceleration": 3, "working": 3, "work": 1, "work_rest": 1,
+}  # fmt: skip
+"""What a run changes of a row, with the numbers it has."""
+
+MOVING = ("position", "velocity")
+SCENE = ("time", "up")
+"""Inputs that are the same for all rows."""
+
+
+class Term(NamedTuple):
+    """A law class in a loop: ``accounted`` if a potential stands for its force, ``switch`` if it can be put out by a number."""
+
+    trace: LawTrace
+    accounted: bool
+    switch: bool = False
+
+    @property
+    def of_velocity(self) -> bool:
+        """Whether the force depends on a velocity."""
+        return "velocity" in self.trace.reads
+
+    @property
+    def size(self) -> int:
+        """Numbers of an instance in the parameter table: its parameters, and whether it is on."""
+        return len(self.trace.parameters) + 1
+
+
+def summation_order(terms: Sequence[Term]) -> list[int]:
+    """The places of ``terms`` in the order in which their forces are summed: those without velocities first, as they are found once a step."""
+    return sorted(range(len(terms)), key=lambda k: (terms[k].of_velocity, k))
+
+
+class Slots:
+    """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
+
+    def __init__(self, columns: Iterable[str], coupled: bool, velocity_pairs: bool, stored_work: bool) -> None:
+        self.first: dict[str, int] = {}
+        self.width = 0
+        for name, width in CHANGING.items():
+            self._add(name, width)
+        self.changing = self.width
+        """Slots that a run changes; they come first."""
+        self._add("stored", 3)
+        self._add("inverse_mass", 1)
+        if stored_work:
+            self._add("stored_working", 3)
+        if coupled:
+            for name in ("middle", "pull", "pull_working"):
+                self._add(name, 3)
+        if velocity_pairs:
+            for name in ("middle_velocity", "push", "push_working"):
+                self._add(name, 3)
+        self.columns = tuple(columns)
+        for name in self.columns:
+            self._add(name, WIDTHS.get(name, 1))
+
+    def _add(self, name: str, width: int) -> None:
+        self.first[name] = self.width
+        self.width += width
+
+    def at(self, name: str, component: int = 0) -> int:
+        """The distance of a component from the first number of its row, in a tile."""
+        return (self.first[name] + component) * LANES
+
+
+def columns_of(terms: Iterable[Term]) -> tuple[str, ...]:
+    """What ``terms`` read of a row besides place and velocity, in order of name."""
+    found: set[str] = set()
+    for term in terms:
+        found.update(node.value.name for node in walk(term.trace.force or ()) if node.op == "input")
+    return tuple(sorted(found - {*MOVING, *SCENE}))
+
+
+def depends(outputs: Sequence[Node], names: Sequence[str]) -> set[int]:
+    """Indices of the nodes of ``outputs`` that change with an input of ``names``."""
+    found: set[int] = set()
+    for node in walk(outputs):
+        reads = node.op == "input" and node.value.name in names
+        if reads or any(arg.index in found for arg in node.args):
+            found.add(node.index)
+    return found
+
+
+def rowwise(outputs: Sequence[Node]) -> set[int]:
+    """Indices of the nodes of ``outputs`` that differ from row to row."""
+    found: set[int] = set()
+    for node in walk(outputs):
+        own = node.op == "input" and node.value.name not in SCENE
+        if own or any(arg.index in found for arg in node.args):
+            found.add(node.index)
+    return found
+
+
+def shared_nodes(outputs: Sequence[Node], without: set[int]) -> list[Node]:
+    """The nodes of ``outputs`` outside ``without`` that nodes inside need, or that are outputs themselves."""
+    wanted: dict[int, Node] = {}
+    for node in walk(outputs):
+        for arg in node.args:
+            if node.index in without and arg.index not in without:
+                wanted[arg.index] = arg
+    for node in outputs:
+        if node.index not in without:
+            wanted[node.index] = node
+    return list(wanted.values())
+
+
+__all__ = ["LANES", "Input", "Slots", "Term", "columns_of", "depends", "rowwise", "shared_nodes", "summation_order"]

@@ -1,0 +1,20 @@
+"""Which of the three ways a loop runs: interpreted, on NumPy arrays, or compiled."""
+
+from __future__ import annotations
+
+from xpheve.loop.program import COMPILED, INTERPRETED, NUMPY
+
+FEW = 12
+"""Rows and pairs up to which floats one by one are faster than calls of NumPy."""
+MANY = 256
+"""Rows and pairs from which on it pays to compile."""
+
+
+def choose_tier(wish: str, load: int) -> str:
+    """The way for a loop over ``load`` rows and pairs; a rule of the scene alone, never of a clock or a cache.
+
+    ``wish`` is "auto", "always" or "never" to compile.
+    """
+    if wish == "always" or (wish == "auto" and load >= MANY):
+        return COMPILED
+    return INTERPRETED if load <= FEW else NUMPY
