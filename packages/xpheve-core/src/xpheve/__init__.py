@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from xpheve.forces import Force
     from xpheve.laws import (
         Column,
+        Constant,
         Contact,
         Event,
         FieldLaw,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from xpheve.record import Record
     from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
+    from xpheve.trace.functions import vector, where
 
 _HOMES = {
     "PhysicsEngine": "engine",
@@ -40,10 +42,13 @@ _HOMES = {
     "Record": "record",
     "Region": "regions",
     "hookimpl": "plugins",
+    "vector": "trace.functions",
+    "where": "trace.functions",
     **dict.fromkeys(("Box", "Capsule", "Compound", "Hull", "Mesh", "Part", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
         (
             "Column",
+            "Constant",
             "Contact",
             "Event",
             "FieldLaw",
@@ -65,6 +70,7 @@ __all__ = [
     "Capsule",
     "Column",
     "Compound",
+    "Constant",
     "Contact",
     "Event",
     "FieldLaw",
@@ -91,7 +97,9 @@ __all__ = [
     "errors",
     "hookimpl",
     "orientation",
+    "vector",
     "when",
+    "where",
 ]
 
 
