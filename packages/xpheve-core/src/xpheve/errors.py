@@ -128,3 +128,7 @@ class TracedBranchError(TraceError):
 
 class CompileWarning(XpheveWarning):
     """Compiled code that could not be kept or read; the run goes on, slower to start."""
+
+
+class CompileError(XpheveError):
+    """A kernel file or a generated text that cannot be compiled; file, line and the way out are named."""
