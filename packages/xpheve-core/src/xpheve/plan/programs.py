@@ -101,19 +101,10 @@ class BatchProgram:
         numbers = np.empty((slots.width, program.rows))
         moving = program.moving
         rows = self.rows[self.order]
-        for name in (
-            "position",
-            "velocity",
-            "position_rest",
-            "velocity_rest",
-            "acceleration",
-            "working",
-            "work",
-            "work_rest",
-        ):
+        numbers[: slots.changing] = 0.0
+        for name in ("position", "velocity", "position_rest", "velocity_rest", "work", "work_rest"):
             first, given = slots.first[name], found[name]
             numbers[first : first + len(given), :moving] = given[:, self.order]
-            numbers[first : first + len(given), moving:] = 0.0
         mass = bodies.arrays["mass"][0, rows]
         at = slots.first["stored"]
         numbers[at : at + 3, :moving] = bodies.arrays["force"][:, rows] / mass
