@@ -114,7 +114,9 @@ class _Lower(ast.NodeTransformer):
         """``min`` or ``max`` of many as that of two, the first first."""
         best, *others = arguments
         if not others or any(isinstance(argument, ast.Starred) for argument in arguments):
-            raise CompileError(f"{name}({ast.unparse(best)}): compiled, it takes numbers only; write them out: {name}(a[0], a[1], a[2])")
+            raise CompileError(
+                f"{name}({ast.unparse(best)}): compiled, it takes numbers only; write them out: {name}(a[0], a[1], a[2])"
+            )
         for other in others:
             best = ast.Call(ast.Name(LOWERED + name, ast.Load()), [best, other], [])
         return best
@@ -126,7 +128,11 @@ class _Lower(ast.NodeTransformer):
         given = dict(zip(names, call.args, strict=True))
         if not all(used.count(name) <= 1 or _simple(given[name]) for name in names):
             return call
-        if sum(1 for _ in ast.walk(value)) + sum(used.count(name) * sum(1 for _ in ast.walk(given[name])) for name in names) > LARGEST:
+        if (
+            sum(1 for _ in ast.walk(value))
+            + sum(used.count(name) * sum(1 for _ in ast.walk(given[name])) for name in names)
+            > LARGEST
+        ):
             return call
         return _Insert(given).visit(copy.deepcopy(value))
 
@@ -182,7 +188,9 @@ def machine_code(text: str, what: str) -> Machine:
 
             import numba  # noqa: F401  (sets up its targets)
     except ImportError as wrong:
-        raise CompileError(f"{what}: numba cannot be imported ({wrong}); install it, or run with compile='never'") from wrong
+        raise CompileError(
+            f"{what}: numba cannot be imported ({wrong}); install it, or run with compile='never'"
+        ) from wrong
     provide_symbols()
     options = {
         "nopython": True, "error_model": "numpy", "boundscheck": False, "fastmath": False, "nogil": True,
@@ -232,7 +240,11 @@ def _lines(name: str, source: str) -> Iterator[None]:
 
 def _machine_functions(source: str) -> dict[str, Any]:
     """Return what the lowered names in ``source`` mean to numba."""
-    names = {node.id[len(LOWERED) :] for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name) and node.id.startswith(LOWERED)}
+    names = {
+        node.id[len(LOWERED) :]
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Name) and node.id.startswith(LOWERED)
+    }
     return {LOWERED + name: _machine_function(name) for name in sorted(names)}
 
 
@@ -290,7 +302,9 @@ def _halves(name: str) -> Any:
         place = cgutils.alloca_once(builder, small)
         builder.store(ir.Constant(small, 0), place)
         fraction = builder.call(function, [arguments[0], place])
-        return context.make_tuple(builder, signature.return_type, [fraction, builder.sext(builder.load(place), ir.IntType(64))])
+        return context.make_tuple(
+            builder, signature.return_type, [fraction, builder.sext(builder.load(place), ir.IntType(64))]
+        )
 
     def ldexp_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         function = _declared(builder.module, PREFIX + "ldexp", ir.FunctionType(real, [real, small]))

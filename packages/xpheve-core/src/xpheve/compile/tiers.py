@@ -34,7 +34,9 @@ def interpreted(text: str, what: str = "") -> Kernel:
             try:
                 exec(compile(text, f"<xpheve {key[:16]}>", "exec"), space)
             except SyntaxError as wrong:
-                raise CompileError(f"{what or 'a kernel'}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})") from wrong
+                raise CompileError(
+                    f"{what or 'a kernel'}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})"
+                ) from wrong
             entry = space.get("entry")
             if entry is None:
                 raise CompileError(f"{what or 'a kernel'}: the generated text defines no entry(f, n)")
@@ -61,7 +63,9 @@ def facts() -> list[dict[str, object]]:
     """Return what is known of every kernel of this process: what, key, origin, seconds, path."""
     with _lock:
         kernels = [*_interpreted.values(), *_compiled.values()]
-    return [{name: getattr(kernel, name) for name in ("what", "key", "origin", "seconds", "path")} for kernel in kernels]
+    return [
+        {name: getattr(kernel, name) for name in ("what", "key", "origin", "seconds", "path")} for kernel in kernels
+    ]
 
 
 def _digest(text: str) -> str:
@@ -75,7 +79,9 @@ def _come_by(text: str, what: str) -> Kernel:
 
         key = store.key_of(text, loader.machine())
     except ImportError as wrong:
-        raise CompileError(f"{what}: llvmlite cannot be imported ({wrong}); install numba, or run with compile='never'") from wrong
+        raise CompileError(
+            f"{what}: llvmlite cannot be imported ({wrong}); install numba, or run with compile='never'"
+        ) from wrong
     entry = store.read(key)
     if entry is not None:
         try:

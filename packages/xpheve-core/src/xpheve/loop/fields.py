@@ -1,6 +1,7 @@
 """Text of the part of a loop that moves rows: forces of field laws, the kick, the drift.
 
-One step of length h, for every row (drift-kick-drift, the kick by the midpoint rule; Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4, II.5):
+One step of length h, for every row, is drift-kick-drift with the kick by the midpoint rule (Hairer, Lubich, Wanner, Geometric
+Numerical Integration, I.1.4 and II.5):
 
     m = x + h/2 v;   F(m, v) gives v' = v + h/2 a;   F(m, v') gives a;   x += h (v + h/2 a);   v += h a
 

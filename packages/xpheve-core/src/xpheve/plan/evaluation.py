@@ -289,6 +289,15 @@ class BatchSources:
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms)  # type: ignore[arg-type]
         return self._program
 
+    def renew(self) -> None:
+        """A parameter has another value, or a law was switched."""
+        if self._program is not None:
+            self._program.program.forget_parameters()
+
+    def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
+        """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""
+        return self._program is None or self._program.terms[law].trace is trace
+
     def pack(self, state: Any, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows."""
         packed: Array = self.held.pack(found)
@@ -332,7 +341,7 @@ class BatchSources:
         reads_velocity = False
         for law, mask in self.fields:
             inside = np.flatnonzero(mask[rows])
-            if not len(inside):
+            if not law.enabled or not len(inside):
                 continue
             reads: set[str] = set()
             found, twist = self.world.evaluator.field(
@@ -347,6 +356,8 @@ class BatchSources:
                 torque[:, inside] += twist
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
         for pair_law, a, b in self.pairs:
+            if not pair_law.enabled:
+                continue
             reads = set()
             self._add_pairs(pair_law, a, b, rows, t, state, force, reads)
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})

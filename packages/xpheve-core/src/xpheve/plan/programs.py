@@ -22,7 +22,7 @@ def term_of(world: Any, law: ContinuousLaw) -> Term | None:
     trace = trace_law(law)
     if trace is None or law.defines("torque"):
         return None
-    return Term(trace, law.defines("potential"), law in world.switched)
+    return Term(trace, law.defines("potential"), world.is_switched(law))
 
 
 class BatchProgram:

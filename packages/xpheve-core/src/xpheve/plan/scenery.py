@@ -237,8 +237,12 @@ def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) 
 
 def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
     """A parameter of ``law`` changed, or it was switched: correct what rests on it, at this instant."""
+    if isinstance(law, ContinuousLaw) and _in_loops(world, law, what):
+        world.renew(law)
+        return
     objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
+        world.switches[law] = world.switches.get(law, 0) + 1
         if law.enabled:
             for obj in objects:
                 world.mapping.check(obj, [law])
@@ -263,6 +267,15 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
         after_mapping(world, law, objects)
     else:
         after_mapping(world, law, objects)
+
+
+def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
+    """Whether the change is no more than another number for the loops that ``law`` is in."""
+    if law.containers or law in world.constant or not any(law in batch.laws for batch in world.batches):
+        return False
+    if what == "enabled":
+        return world.is_switched(law) and "since" not in world.reads_of(law)
+    return law.enabled and world.same_structure(law)
 
 
 def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:

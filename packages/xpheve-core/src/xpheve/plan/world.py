@@ -34,6 +34,7 @@ from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
+from xpheve.trace.recorder import trace_law
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
 STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
@@ -92,8 +93,8 @@ class World:
         self.compile = "auto"
         self.tiers: dict[Signature, str] = {}
         """How the loops of each signature run, chosen from the scene when they first do."""
-        self.switched: set[PhysicalLaw] = set()
-        """Laws that were switched before: they stay in their loops, put out by a number."""
+        self.switches: dict[PhysicalLaw, int] = {}
+        """How often each law was switched off or on."""
         self._whole: tuple[int, Batch | None] = (-1, None)
         self._steppers = steppers
         self._next_serial = 0
@@ -178,8 +179,58 @@ class World:
         return [
             law
             for law in self.mapping.laws(obj)
-            if isinstance(law, ContinuousLaw) and law.enabled and not law.containers and law not in self.constant
+            if isinstance(law, ContinuousLaw)
+            and (law.enabled or self.is_switched(law))
+            and not law.containers
+            and law not in self.constant
         ]
+
+    def is_switched(self, law: PhysicalLaw) -> bool:
+        """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
+        if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
+            return False
+        trace = trace_law(law)
+        return trace is not None and not is_constant(set(trace.reads))
+
+    def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
+        """What a traced law reads; nothing is known of others."""
+        trace = trace_law(law)
+        return frozenset() if trace is None else trace.reads
+
+    def same_structure(self, law: ContinuousLaw) -> bool:
+        """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
+        trace = trace_law(law)
+        return all(
+            batch.sources is None or batch.sources.is_made_from(law, trace)
+            for batch in self.batches
+            if law in batch.laws
+        )
+
+    def renew(self, law: ContinuousLaw) -> None:
+        """A number that ``law`` reads is another from now on: flights under way begin anew, and loops read it again."""
+        if self.transaction is not None:
+            self.transaction.later.append(partial(self.renew, law))
+            return
+        for batch in self.batches:
+            if law not in batch.laws or not batch.state.count:
+                continue
+            sources = self.sources(batch)
+            assert sources is not None
+            sources.renew()
+            if batch.stepper.covered(batch.state) > self.time:
+                self._restart_batch(batch)
+
+    def _restart_batch(self, batch: Batch) -> None:
+        """All rows of ``batch`` start anew now, in the midst of a step."""
+        before = self._snapshot(batch)
+        rows = list(batch.stepper.restart(batch.state, self.bodies, self.time, self.sources(batch)))
+        self._after_step(batch, before)
+        self.bodies.version[rows] += 1
+        self.bodies.change += 1
+        objects = self.in_rank_order(self.bodies.objects[row] for row in rows)
+        if self.contacts is not None:
+            self.contacts.refresh([obj._row for obj in objects])
+        self.wakeups.refresh(objects)
 
     def group_of(self, obj: PhysicalObject) -> list[PhysicalObject]:
         """The group of ``obj``."""

@@ -226,6 +226,10 @@ class Stepper(ABC):
     ) -> Sequence[int]:
         """The state, forces or laws of ``rows`` were written at ``t``: returns every row whose flight is new now."""
 
+    def restart(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> Sequence[int]:
+        """The forces on all rows are others from ``t`` on: returns the rows, whose flights are new."""
+        return self.changed(state, bodies, state.rows.tolist(), t, sources)
+
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
         return NEVER

@@ -217,6 +217,14 @@ class Midpoint(FlightStepper):
         self._commit(state, bodies, which, t, trial)
         return together
 
+    def restart(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> Sequence[int]:
+        assert isinstance(state, FlightState) and sources is not None
+        span = elapsed(self.covered(state), t)
+        trial = self._ended(state, bodies, t)
+        trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows, trial)
+        self._commit(state, bodies, slice(None), t, trial)
+        return state.rows.tolist()  # type: ignore[no-any-return]
+
     # Steps to tolerances
 
     def _to_tolerance(

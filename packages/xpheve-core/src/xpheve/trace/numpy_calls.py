@@ -78,7 +78,12 @@ def _ceiling(recording: Recording, x: Any) -> Traced:
 
 def _step(recording: Recording, x: Any, half: Any) -> Traced:
     values = coerced(recording, x)
-    return chosen(recording, values == 0.0, half, chosen(recording, values < 0.0, 0.0, chosen(recording, values > 0.0, 1.0, math.nan)))
+    return chosen(
+        recording,
+        values == 0.0,
+        half,
+        chosen(recording, values < 0.0, 0.0, chosen(recording, values > 0.0, 1.0, math.nan)),
+    )
 
 
 def _dotted(recording: Recording, one: Any, other: Any) -> Traced:

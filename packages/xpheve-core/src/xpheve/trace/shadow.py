@@ -178,9 +178,7 @@ def _of_class(kind: Any, owner: Any, name: str) -> Any:
 def _undeclared(name: str, value: Any, why: str) -> str:
     shown = " ".join(repr(value).split())[:40]
     if not _has_numbers(value):
-        return (
-            f"self.{name} {why}: {shown}. A change of it would go unnoticed: declare it as a Param (text with choices=(...), a switch, a number)"
-        )
+        return f"self.{name} {why}: {shown}. A change of it would go unnoticed: declare it as a Param (text with choices=(...), a switch, a number)"
     return (
         f"self.{name} {why}, {shown}: it has no unit, and a change of it would go unnoticed. Declare it in the class: "
         f"{name} = Param({shown}, unit=...), or Constant({shown}, unit=...) if it never changes"

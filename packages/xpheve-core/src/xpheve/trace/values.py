@@ -493,7 +493,9 @@ def _shown(key: Any) -> str:
     def one(part: Any) -> str:
         if isinstance(part, slice):
             text = ":".join("" if end is None else str(end) for end in (part.start, part.stop, part.step))
-            return text.removesuffix(":") if part.step is None and part.stop is not None else text[: max(1, len(text) - 1)]
+            return (
+                text.removesuffix(":") if part.step is None and part.stop is not None else text[: max(1, len(text) - 1)]
+            )
         return "..." if part is Ellipsis else str(part)
 
     return ", ".join(map(one, key)) if isinstance(key, tuple) else one(key)
@@ -521,7 +523,9 @@ def coerced(recording: Recording, value: Any) -> Traced:
         recording.refuse("None takes part in a formula: ask `is None` first, and write the formula without it")
     if isinstance(value, Count):
         value._refuse()
-    recording.refuse(f"{value!r} takes part in a formula: numbers, vectors of three and what the objects have are needed")
+    recording.refuse(
+        f"{value!r} takes part in a formula: numbers, vectors of three and what the objects have are needed"
+    )
 
 
 def _constant_array(recording: Recording, value: Any) -> Traced:
@@ -632,7 +636,9 @@ def packed(recording: Recording, values: Sequence[Any]) -> Traced:
     parts = [coerced(recording, value) for value in values]
     if any(len(part.at) != 1 or part.form == LIST for part in parts):
         shapes = ", ".join(str(part.form) for part in parts)
-        recording.refuse(f"vector() of shapes {shapes}: numbers, and columns (n, 1) such as body.position.z, are needed")
+        recording.refuse(
+            f"vector() of shapes {shapes}: numbers, and columns (n, 1) such as body.position.z, are needed"
+        )
     nodes = [recording.number(part.nodes[0]) for part in parts]
     return Traced(recording, nodes, Form(any(part.form.each for part in parts), len(nodes)))
 
