@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from xpheve.record import Record
     from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
+    from xpheve.trace.table import Table
 
 _HOMES = {
     "PhysicsEngine": "engine",
@@ -39,6 +40,7 @@ _HOMES = {
     "Probe": "observers",
     "Record": "record",
     "Region": "regions",
+    "Table": "trace.table",
     "hookimpl": "plugins",
     **dict.fromkeys(("Box", "Capsule", "Compound", "Hull", "Mesh", "Part", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
@@ -87,6 +89,7 @@ __all__ = [
     "ResponseLaw",
     "Shape",
     "Sphere",
+    "Table",
     "Velocities",
     "errors",
     "hookimpl",

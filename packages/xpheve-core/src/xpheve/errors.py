@@ -128,3 +128,7 @@ class TracedBranchError(TraceError):
 
 class CompileWarning(XpheveWarning):
     """Compiled code that could not be kept or read; the run goes on, slower to start."""
+
+
+class PotentialError(TraceError):
+    """A law whose potential and force do not belong together; the message has the state and both numbers."""
