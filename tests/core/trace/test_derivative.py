@@ -125,7 +125,9 @@ def test_no_operation_was_forgotten() -> None:
 @st.composite
 def expressions(draw: st.DrawFn) -> Build:
     steps = draw(
-        st.lists(st.tuples(st.sampled_from(sorted(FORMS)), st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=7)
+        st.lists(
+            st.tuples(st.sampled_from(sorted(FORMS)), st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=7
+        )
     )
 
     def build(graph: Graph, x: Node, y: Node) -> Node:

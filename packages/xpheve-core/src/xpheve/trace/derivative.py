@@ -169,9 +169,7 @@ class _Rules:
         return self.unless_zero(node, self.graph.op("/", self.const(0.5), node))
 
     def of_cbrt(self, node: Node) -> Node:
-        return self.unless_zero(
-            node, self.graph.op("/", self.const(1.0 / 3.0), self.graph.op("*", node, node))
-        )
+        return self.unless_zero(node, self.graph.op("/", self.const(1.0 / 3.0), self.graph.op("*", node, node)))
 
     def of_log1p(self, node: Node) -> Node:
         return self.over(self.const(1.0), self.graph.op("+", self.const(1.0), node.args[0]))

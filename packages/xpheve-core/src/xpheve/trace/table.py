@@ -135,12 +135,12 @@ class Table(TableRead):
                 )
 
     @property
-    def base(self) -> Table:  # type: ignore[override]
+    def base(self) -> Table:  # type: ignore[override,unused-ignore]
         """The table itself."""
         return self
 
     @cached_property
-    def slope(self) -> TableRead:  # type: ignore[override]
+    def slope(self) -> TableRead:
         """The derivative dy/dx, as something to look up."""
         return Derived(self, f"{self.kind}_slope", 1)
 
@@ -163,7 +163,7 @@ class Derived(TableRead):
         return {name: value for name, value in vars(self).items() if name != "slope"}
 
     @cached_property
-    def slope(self) -> TableRead | None:  # type: ignore[override]
+    def slope(self) -> TableRead | None:
         """The next derivative; None where it is 0 between all points."""
         further = {"cubic_slope": "cubic_bend", "cubic_bend": "cubic_third"}.get(self.kind)
         return None if further is None else Derived(self.base, further, self.order + 1)
@@ -213,7 +213,7 @@ def _layout(x: tuple[float, ...], y: tuple[float, ...], kind: str, outside: str)
     xs, ys = np.array(x), np.array(y)
     with np.errstate(all="ignore"):
         pieces = _lines(xs, ys) if kind == "linear" else _cubics(xs, ys)
-    numbers = np.concatenate([head, np.append(xs[:1], xs), np.append(ys[:1], ys), *pieces])
+    numbers: Array = np.concatenate([head, np.append(xs[:1], xs), np.append(ys[:1], ys), *pieces])
     numbers.flags.writeable = False
     return numbers
 
@@ -236,7 +236,7 @@ def _cubics(x: Array, y: Array) -> list[Array]:
 
 def _monotone_slopes(h: Array, steep: Array) -> Array:
     """Slopes at the points: weighted harmonic means of those of the lines beside, 0 at extremes."""
-    d = np.zeros(len(steep) + 1)
+    d: Array = np.zeros(len(steep) + 1)
     if len(steep) == 1:
         return d + steep[0]
     before, behind = steep[:-1], steep[1:]
