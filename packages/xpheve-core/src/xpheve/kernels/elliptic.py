@@ -86,22 +86,34 @@ def pair_sqrt(a: Pair) -> Pair:
 # Jacobi elliptic functions
 
 
+def rung(a: float, g: float, n: int) -> Pair:
+    """The means ``n`` rungs down Gauss's ladder from ``a`` and ``g``."""
+    for _ in range(n):
+        a, g = 0.5 * (a + g), math.sqrt(a * g)
+    return (a, g)
+
+
 def gauss_descent(a: float, g: float, u: float) -> Pair:
     """(a_n cn / sn, dn) of one rung of Gauss's ladder of arithmetic-geometric means, found from the rung below.
 
-    Recursive, so that the ladder needs no store; it is at most about a dozen rungs deep, since the means meet
-    quadratically. ``u`` must not be a multiple of 2 K.
+    Down, then up again, each rung on the way up found once more from the top, so that the ladder needs no store; it is at
+    most about a dozen rungs deep, since the means meet quadratically. ``u`` must not be a multiple of 2 K.
     """
-    mean = 0.5 * (a + g)
-    if not a - g > 1e-8 * a:  # the next rung differs by the square of this: nothing. Said so that not-a-number ends too
-        angle = u * mean
-        cotangent = math.cos(angle) / math.sin(angle)
-        below, dn = mean * cotangent, 1.0
-        ratio = cotangent * below
-    else:
-        below, dn = gauss_descent(mean, math.sqrt(a * g), u)
-        ratio = below * below / mean
-    return (below * dn, (g + ratio) / (a + ratio))
+    x, y, rungs = a, g, 0
+    while x - y > 1e-8 * x:  # the next rung differs by the square of this: nothing. Said so that not-a-number ends too
+        x, y = 0.5 * (x + y), math.sqrt(x * y)
+        rungs += 1
+    mean = 0.5 * (x + y)
+    angle = u * mean
+    cotangent = math.cos(angle) / math.sin(angle)
+    below, dn = mean * cotangent, 1.0
+    ratio = cotangent * below
+    below, dn = below * dn, (y + ratio) / (x + ratio)
+    for n in range(rungs - 1, -1, -1):
+        x, y = rung(a, g, n)
+        ratio = below * below / (0.5 * (x + y))
+        below, dn = below * dn, (y + ratio) / (x + ratio)
+    return (below, dn)
 
 
 def sn_cn_dn(u: float, m1: float) -> tuple[float, float, float]:

@@ -1,0 +1,333 @@
+"""The text as numba gets it, and the object code that numba gives back. numba is imported here and nowhere else.
+
+Before it is compiled the text is lowered: helpers of `xpheve.kernels.ieee` become the machine's own operation where that has the same
+result (division, square root, floor), and functions of ``math`` become calls of the same function of the C library that ``math`` itself
+calls, under a name of our own (``xpheve_exp``). The compiler knows nothing of that name, so it can neither fold it, nor turn a power into
+products, nor put a vector library in its place: the bits are those of the interpreted text. Functions that are one expression are written
+out where they are called, which compiles in half the time.
+
+Compiled functions return a status and write their result through a pointer, numba's own convention inside; no wrapper is built, so that the
+code needs nothing of Python.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import hashlib
+import linecache
+import math
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from xpheve.compile.loader import LIBM, PREFIX, provide_symbols
+from xpheve.errors import CompileError
+
+INTRINSICS = {"sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "copysign": "llvm.copysign.f64"}
+"""Operations of the processor, exact or rounded once, for any value; how many arguments they take is in `ARGUMENTS`."""
+ARGUMENTS = {"copysign": 2, "atan2": 2, "pow": 2, "fmod": 2}
+SPECIAL = {"frexp", "ldexp"}
+LOWERED = "machine__"
+
+HELPERS = {
+    "ieee__sqrt": "sqrt", "ieee__floor": "floor", "ieee__cbrt": "cbrt", "ieee__power": "pow", "ieee__exp": "exp", "ieee__expm1": "expm1",
+    "ieee__log": "log", "ieee__log1p": "log1p", "ieee__sin": "sin", "ieee__cos": "cos", "ieee__tan": "tan", "ieee__asin": "asin",
+    "ieee__acos": "acos", "ieee__sinh": "sinh", "ieee__cosh": "cosh",
+}  # fmt: skip
+"""Helpers whose result the C library, or the processor, gives for every value; `ieee__divide` is a plain division."""
+
+MATH = {*LIBM, "sqrt", "copysign", *SPECIAL}
+PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "pi", "e", "tau", "inf", "nan"}
+"""What numba does as Python does; nothing else of ``math`` is sure to round alike."""
+
+LARGEST = 80
+"""Nodes that a function written out may have; beyond, it is called."""
+
+
+# Lowering ------------------------------------------------------------------------------------------------------------
+
+
+def lowered(text: str) -> str:
+    """Return ``text`` with the machine's operations in place of helpers and of ``math``, and short functions written out."""
+    tree = ast.parse(text)
+    lower = _Lower({node.name for node in tree.body if isinstance(node, ast.FunctionDef)})
+    body: list[ast.stmt] = []
+    for statement in tree.body:
+        if isinstance(statement, ast.FunctionDef):
+            if statement.name in HELPERS or statement.name == "ieee__divide":
+                continue
+            statement = lower.visit(statement)
+            lower.remember(statement)
+        body.append(statement)
+    tree.body = body
+    return ast.unparse(ast.fix_missing_locations(tree))
+
+
+class _Lower(ast.NodeTransformer):
+    def __init__(self, functions: set[str]) -> None:
+        self.functions = functions
+        self.short: dict[str, tuple[list[str], ast.expr]] = {}
+
+    def remember(self, function: ast.FunctionDef) -> None:
+        """Keep ``function`` for writing out, if it is one expression of its arguments."""
+        if len(function.body) != 1 or not isinstance(function.body[0], ast.Return) or function.args.defaults:
+            return
+        value = function.body[0].value
+        plain = not any(isinstance(part, ast.comprehension | ast.NamedExpr) for part in ast.walk(function))
+        if value is not None and plain and MARK_OF_KERNELS in function.name:
+            self.short[function.name] = ([argument.arg for argument in function.args.args], value)
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        self.generic_visit(node)
+        function = node.func
+        if isinstance(function, ast.Attribute) and isinstance(function.value, ast.Name) and function.value.id == "math":
+            if function.attr in MATH:
+                node.func = ast.Name(LOWERED + function.attr, ast.Load())
+            elif function.attr not in PLAIN_MATH:
+                raise CompileError(
+                    f"math.{function.attr} is not sure to give the same bits compiled and interpreted; "
+                    f"use one of {', '.join(sorted(MATH | PLAIN_MATH))}, or a function of xpheve.kernels.ieee"
+                )
+            return node
+        if not isinstance(function, ast.Name) or node.keywords:
+            return node
+        if function.id == "ieee__divide" and len(node.args) == 2:
+            return ast.BinOp(node.args[0], ast.Div(), node.args[1])
+        if function.id in HELPERS:
+            function.id = LOWERED + HELPERS[function.id]
+        elif function.id in ("min", "max"):
+            return self._of_pairs(function.id, node.args)
+        elif function.id in self.short:
+            return self._written_out(node, *self.short[function.id])
+        return node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Pow) or (_whole(node.left) and _whole(node.right)):
+            return node
+        return ast.Call(ast.Name(LOWERED + "pow", ast.Load()), [node.left, node.right], [])
+
+    def _of_pairs(self, name: str, arguments: list[ast.expr]) -> ast.expr:
+        """``min`` or ``max`` of many as that of two, the first first."""
+        best, *others = arguments
+        if not others or any(isinstance(argument, ast.Starred) for argument in arguments):
+            raise CompileError(f"{name}({ast.unparse(best)}): compiled, it takes numbers only; write them out: {name}(a[0], a[1], a[2])")
+        for other in others:
+            best = ast.Call(ast.Name(LOWERED + name, ast.Load()), [best, other], [])
+        return best
+
+    def _written_out(self, call: ast.Call, names: list[str], value: ast.expr) -> ast.AST:
+        if len(names) != len(call.args):
+            return call
+        used = [part.id for part in ast.walk(value) if isinstance(part, ast.Name)]
+        given = dict(zip(names, call.args, strict=True))
+        if not all(used.count(name) <= 1 or _simple(given[name]) for name in names):
+            return call
+        if sum(1 for _ in ast.walk(value)) + sum(used.count(name) * sum(1 for _ in ast.walk(given[name])) for name in names) > LARGEST:
+            return call
+        return _Insert(given).visit(copy.deepcopy(value))
+
+
+MARK_OF_KERNELS = "__"
+
+
+class _Insert(ast.NodeTransformer):
+    """Puts arguments in the place of their names."""
+
+    def __init__(self, given: dict[str, ast.expr]) -> None:
+        self.given = given
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return copy.deepcopy(self.given[node.id]) if node.id in self.given else node
+
+
+def _whole(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) is int
+
+
+def _simple(node: ast.expr) -> bool:
+    """Whether writing ``node`` twice costs nothing: a name, a number, a member of a tuple."""
+    if isinstance(node, ast.UnaryOp):
+        return _simple(node.operand)
+    if isinstance(node, ast.Subscript):
+        return isinstance(node.value, ast.Name) and isinstance(node.slice, ast.Constant)
+    if isinstance(node, ast.Attribute):
+        return isinstance(node.value, ast.Name)
+    return isinstance(node, ast.Name | ast.Constant)
+
+
+# Compiling -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """Object code, the name of the entry in it, and where numba itself put the entry; ``library`` keeps that alive."""
+
+    code: bytes
+    symbol: str
+    address: Callable[[], int]
+
+
+def machine_code(text: str, what: str) -> Machine:
+    """Compile ``text``, which defines ``entry``; CompileError names the line that numba cannot type."""
+    source = lowered(text)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            from numba.core import types
+            from numba.core.registry import CPUDispatcher
+
+            import numba  # noqa: F401  (sets up its targets)
+    except ImportError as wrong:
+        raise CompileError(f"{what}: numba cannot be imported ({wrong}); install it, or run with compile='never'") from wrong
+    provide_symbols()
+    options = {
+        "nopython": True, "error_model": "numpy", "boundscheck": False, "fastmath": False, "nogil": True,
+        "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    }  # fmt: skip
+    name = f"<xpheve {hashlib.sha256(source.encode()).hexdigest()[:16]}>"
+    with _lines(name, source):
+        space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel", **_machine_functions(source)}
+        exec(compile(source, name, "exec"), space)
+        for key, value in list(space.items()):
+            if callable(value) and getattr(value, "__module__", None) == "xpheve_kernel" and key != "entry":
+                space[key] = CPUDispatcher(py_func=value, targetoptions=dict(options))
+        pointers = types.CPointer(types.CPointer(types.float64)), types.CPointer(types.CPointer(types.int64))
+        entry = CPUDispatcher(py_func=space["entry"], targetoptions=dict(options))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                entry.compile(types.int64(*pointers))
+        except Exception as wrong:  # numba's errors have no useful common class across versions
+            raise CompileError(f"{what}: the generated text cannot be compiled: {_first_lines(wrong)}") from wrong
+    result = entry.overloads[pointers]
+    library, symbol = result.library, result.fndesc.llvm_func_name
+
+    def address() -> int:
+        kept = entry  # as long as this is at hand the code is
+        assert kept is not None
+        return int(library.codegen._engine._ee.get_function_address(symbol))
+
+    return Machine(bytes(library._get_compiled_object()), symbol, address)
+
+
+def _first_lines(wrong: Exception) -> str:
+    """The gist of one of numba's errors, which run to pages."""
+    lines = [line.strip() for line in str(wrong).splitlines() if line.strip()]
+    return f"{type(wrong).__name__}: {' '.join(lines[:6])}"[:600]
+
+
+@contextmanager
+def _lines(name: str, source: str) -> Iterator[None]:
+    """Let errors show lines of ``source``."""
+    linecache.cache[name] = (len(source), None, source.splitlines(True), name)
+    try:
+        yield
+    finally:
+        linecache.cache.pop(name, None)
+
+
+def _machine_functions(source: str) -> dict[str, Any]:
+    """Return what the lowered names in ``source`` mean to numba."""
+    names = {node.id[len(LOWERED) :] for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name) and node.id.startswith(LOWERED)}
+    return {LOWERED + name: _machine_function(name) for name in sorted(names)}
+
+
+_made: dict[str, Any] = {}
+
+
+def _machine_function(name: str) -> Any:
+    if name not in _made:
+        if name in ("min", "max"):
+            _made[name] = _choice(name)
+        elif name in SPECIAL:
+            _made[name] = _halves(name)
+        else:
+            _made[name] = _real_function(INTRINSICS.get(name, PREFIX + name), ARGUMENTS.get(name, 1))
+    return _made[name]
+
+
+def _real_function(symbol: str, count: int) -> Any:
+    """A function of ``count`` floats without side effects, by its symbol."""
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    real = ir.DoubleType()
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function = _declared(builder.module, symbol, ir.FunctionType(real, [real] * count))
+        for attribute in () if symbol.startswith("llvm.") else ("readnone", "nounwind"):
+            function.attributes.add(attribute)
+        return builder.call(function, arguments)
+
+    if count == 1:
+
+        def one(typing: Any, x: Any) -> Any:
+            return types.float64(types.float64), code
+
+        return intrinsic(one)
+
+    def two(typing: Any, x: Any, y: Any) -> Any:
+        return types.float64(types.float64, types.float64), code
+
+    return intrinsic(two)
+
+
+def _halves(name: str) -> Any:
+    """``math.frexp``, or ``math.ldexp``, whose C forms have an int in them."""
+    from llvmlite import ir
+    from numba.core import cgutils, types
+    from numba.extending import intrinsic
+
+    real, small = ir.DoubleType(), ir.IntType(32)
+
+    def frexp_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function = _declared(builder.module, PREFIX + "frexp", ir.FunctionType(real, [real, small.as_pointer()]))
+        place = cgutils.alloca_once(builder, small)
+        builder.store(ir.Constant(small, 0), place)
+        fraction = builder.call(function, [arguments[0], place])
+        return context.make_tuple(builder, signature.return_type, [fraction, builder.sext(builder.load(place), ir.IntType(64))])
+
+    def ldexp_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        function = _declared(builder.module, PREFIX + "ldexp", ir.FunctionType(real, [real, small]))
+        limit = ir.Constant(ir.IntType(64), 1 << 20)
+        power = arguments[1]
+        power = builder.select(builder.icmp_signed("<", power, limit), power, limit)
+        power = builder.select(builder.icmp_signed(">", power, limit.neg()), power, limit.neg())
+        return builder.call(function, [arguments[0], builder.trunc(power, small)])
+
+    def frexp(typing: Any, x: Any) -> Any:
+        return types.Tuple((types.float64, types.int64))(types.float64), frexp_code
+
+    def ldexp(typing: Any, x: Any, power: Any) -> Any:
+        return types.float64(types.float64, types.int64), ldexp_code
+
+    return intrinsic(frexp if name == "frexp" else ldexp)
+
+
+def _declared(module: Any, symbol: str, kind: Any) -> Any:
+    from llvmlite import ir
+
+    return module.globals[symbol] if symbol in module.globals else ir.Function(module, kind, symbol)
+
+
+def _choice(name: str) -> Any:
+    """Python's ``min`` or ``max`` of two: the second wins only if it is less, or greater, which settles NaN and signs of zero."""
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        first, second = arguments
+        compare = builder.icmp_signed if isinstance(signature.return_type, types.Integer) else builder.fcmp_ordered
+        return builder.select(compare("<" if name == "min" else ">", second, first), second, first)
+
+    def choose(typing: Any, x: Any, y: Any) -> Any:
+        whole = all(isinstance(number, types.Integer | types.Boolean) for number in (x, y))
+        kind = types.int64 if whole else types.float64
+        return kind(kind, kind), code
+
+    return intrinsic(choose)

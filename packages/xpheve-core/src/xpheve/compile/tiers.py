@@ -1,0 +1,101 @@
+"""One text, two speeds: `interpreted` and `compiled`, and what this process has made of both."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import threading
+import time
+from typing import Any
+
+from xpheve.compile import store
+from xpheve.compile.kernel import Compiled, Interpreted, Kernel
+from xpheve.compile.progress import shown
+from xpheve.errors import CompileError
+
+_lock = threading.RLock()
+_interpreted: dict[str, Kernel] = {}
+_compiled: dict[str, Kernel] = {}
+
+
+def interpreted(text: str, what: str = "") -> Kernel:
+    """Return the kernel of ``text`` as Python runs it; the same text gives the same kernel.
+
+    Raises
+    ------
+    CompileError
+        The text is not Python, or defines no ``entry``.
+    """
+    key = _digest(text)
+    with _lock:
+        if key not in _interpreted:
+            started = time.perf_counter()
+            space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
+            try:
+                exec(compile(text, f"<xpheve {key[:16]}>", "exec"), space)
+            except SyntaxError as wrong:
+                raise CompileError(f"{what or 'a kernel'}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})") from wrong
+            entry = space.get("entry")
+            if entry is None:
+                raise CompileError(f"{what or 'a kernel'}: the generated text defines no entry(f, n)")
+            _interpreted[key] = Interpreted(entry, what or "a kernel", key, time.perf_counter() - started)
+        return _interpreted[key]
+
+
+def compiled(text: str, what: str = "") -> Kernel:
+    """Return the kernel of ``text`` as the machine runs it, from this process, from the cache, or compiled now.
+
+    Raises
+    ------
+    CompileError
+        numba is not there, or cannot type the text.
+    """
+    digest = _digest(text)
+    with _lock:
+        if digest not in _compiled:
+            _compiled[digest] = _come_by(text, what or "a kernel")
+        return _compiled[digest]
+
+
+def facts() -> list[dict[str, object]]:
+    """Return what is known of every kernel of this process: what, key, origin, seconds, path."""
+    with _lock:
+        kernels = [*_interpreted.values(), *_compiled.values()]
+    return [{name: getattr(kernel, name) for name in ("what", "key", "origin", "seconds", "path")} for kernel in kernels]
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _come_by(text: str, what: str) -> Kernel:
+    started = time.perf_counter()
+    try:
+        from xpheve.compile import loader
+
+        key = store.key_of(text, loader.machine())
+    except ImportError as wrong:
+        raise CompileError(f"{what}: llvmlite cannot be imported ({wrong}); install numba, or run with compile='never'") from wrong
+    entry = store.read(key)
+    if entry is not None:
+        try:
+            address = loader.load(entry.code, entry.symbol)
+            return Compiled(address, what, key, "cache", time.perf_counter() - started, store.path_of(key))
+        except loader.CannotLoadError:
+            pass  # as good as not there: it is made again
+    return _made(text, what, key, started)
+
+
+def _made(text: str, what: str, key: str, started: float) -> Kernel:
+    from xpheve.compile import loader
+    from xpheve.compile.machine import machine_code
+
+    with shown(what, kept=store.distrust() is None):
+        made = machine_code(text, what)
+    try:
+        address = loader.load(made.code, made.symbol)
+    except loader.CannotLoadError:  # numba's own engine has what is missing; no other process would
+        return Compiled(made.address(), what, key, "memory", time.perf_counter() - started, owner=made)
+    kept = store.write(key, store.Entry(made.symbol, what, made.code))
+    path = store.path_of(key) if kept else ""
+    return Compiled(address, what, key, "compiled" if kept else "memory", time.perf_counter() - started, path)
