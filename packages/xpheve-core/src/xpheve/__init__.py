@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from xpheve.forces import Force
     from xpheve.laws import (
         Column,
+        Constant,
         Contact,
         Event,
         FieldLaw,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
     from xpheve.trace.table import Table
+    from xpheve.trace.functions import vector, where
 
 _HOMES = {
     "PhysicsEngine": "engine",
@@ -42,10 +44,13 @@ _HOMES = {
     "Region": "regions",
     "Table": "trace.table",
     "hookimpl": "plugins",
+    "vector": "trace.functions",
+    "where": "trace.functions",
     **dict.fromkeys(("Box", "Capsule", "Compound", "Hull", "Mesh", "Part", "Plane", "Shape", "Sphere"), "shapes"),
     **dict.fromkeys(
         (
             "Column",
+            "Constant",
             "Contact",
             "Event",
             "FieldLaw",
@@ -67,6 +72,7 @@ __all__ = [
     "Capsule",
     "Column",
     "Compound",
+    "Constant",
     "Contact",
     "Event",
     "FieldLaw",
@@ -94,7 +100,9 @@ __all__ = [
     "errors",
     "hookimpl",
     "orientation",
+    "vector",
     "when",
+    "where",
 ]
 
 

@@ -13,12 +13,13 @@ from xpheve.laws.law import (
     ResponseLaw,
     Velocities,
 )
-from xpheve.laws.param import Column, Param
+from xpheve.laws.param import Column, Constant, Param
 
 __all__ = [
     "API_VERSION",
     "Column",
     "Condition",
+    "Constant",
     "Contact",
     "ContinuousLaw",
     "Event",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from xpheve.errors import InvalidValueError, LawDefinitionError, ParameterError
 from xpheve.laws.conditions import Condition, Impact
@@ -200,13 +200,41 @@ class PhysicalLaw:
         return cls.enforce_this_law is not PhysicalLaw.enforce_this_law
 
 
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+_SILENT: set[Any] = set()
+"""The methods of the contract itself, which say nothing."""
+
+
+def _silent(method: Method) -> Method:
+    """Mark ``method`` as one of the contract, which a law may write."""
+    _SILENT.add(method)
+    return method
+
+
 class ContinuousLaw(PhysicalLaw):
     """What `FieldLaw` and `PairLaw` share: a force written once as an expression over batches of objects."""
 
     role = "force"
     singular: ClassVar[str] = ""
     """A sentence that says where the force has no finite value; it ends the error that such a force raises."""
+    kernel: ClassVar[str] = ""
+    """Import path of a kernel file written by hand, in place of an expression.
 
+    Its function ``force`` takes arguments named after what it reads, ``position`` and ``velocity`` as tuples, ``mass``, columns, parameters and
+    ``time`` as floats, and returns the force [N] as a tuple of three; it imports `math` and other kernel files only.
+    """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        for method in ("force", "torque"):
+            if cls.defines("apply") and cls.defines(method):
+                raise LawDefinitionError(
+                    f"{cls.__name__} has both {method} and apply, and the engine would not know which to believe: {method} is an expression, "
+                    "which is traced and compiled; apply is NumPy, which is neither. Keep one of them"
+                )
+
+    @_silent
     def jumps(self, since: float) -> tuple[float, ...]:
         """Simulation times [s] at which the force on an object that came under the law at ``since`` jumps.
 
@@ -224,11 +252,11 @@ class ContinuousLaw(PhysicalLaw):
     def defines(cls, method: str) -> bool:
         """Whether the class itself (or a parent other than the contract) has ``method``."""
         found = getattr(cls, method, None)
-        return found is not None and found not in _CONTRACT.get(method, ())
+        return found is not None and found not in _SILENT
 
     @classmethod
     def is_concrete(cls) -> bool:
-        return cls.defines("force") or cls.defines("torque")
+        return bool(cls.kernel) or any(map(cls.defines, ("force", "torque", "apply")))
 
 
 class FieldLaw(ContinuousLaw):
@@ -240,14 +268,22 @@ class FieldLaw(ContinuousLaw):
     time is *constant*: it is evaluated once and its force is stored.
     """
 
+    @_silent
     def force(self, body: BodyView) -> Any:
         """Force [N] on each body of the batch, world frame, at the centre of mass."""
         raise LawDefinitionError(f"{type(self).__name__}: write force(self, body)")
 
+    @_silent
     def torque(self, body: BodyView) -> Any:
         """Torque [N m] on each body of the batch, world frame. Optional."""
         raise LawDefinitionError(f"{type(self).__name__}: write torque(self, body)")
 
+    @_silent
+    def apply(self, body: BodyView) -> Any:
+        """Forces [N], shape (n, 3), in plain NumPy: in place of `force` where no formula does. Never traced, so never compiled."""
+        raise LawDefinitionError(f"{type(self).__name__}: write apply(self, body)")
+
+    @_silent
     def potential(self, body: BodyView) -> Any:
         """Potential energy [J] of each body, shape (n, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, body)")
@@ -273,20 +309,20 @@ class PairLaw(ContinuousLaw):
         if between is not None:
             self.between = _sides(between, type(self).label())
 
+    @_silent
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair, shape (pairs, 3), world frame; its opposite acts on ``b``."""
         raise LawDefinitionError(f"{type(self).__name__}: write force(self, a, b)")
 
+    @_silent
+    def apply(self, a: BodyView, b: BodyView) -> Any:
+        """Forces [N] on ``a`` of each pair, shape (pairs, 3), in plain NumPy, in place of `force`. Never traced, so never compiled."""
+        raise LawDefinitionError(f"{type(self).__name__}: write apply(self, a, b)")
+
+    @_silent
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")
-
-
-_CONTRACT = {
-    method: [vars(kind)[method] for kind in (ContinuousLaw, FieldLaw, PairLaw) if method in vars(kind)]
-    for method in ("force", "torque", "potential", "jumps")
-}
-"""The methods of the contract itself, which say nothing."""
 
 
 def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]]:

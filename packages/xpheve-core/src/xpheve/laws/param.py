@@ -167,3 +167,53 @@ class Column:
         self.param.name = name
         checked = self.param.check(value, owner)
         return float(checked)
+
+
+class Constant:
+    """A number, or a vector, of a law's class that never changes: a constant of nature, or of the method.
+
+    It stands in the compiled text of the law as it is; what users may set is a `Param`.
+
+    Parameters
+    ----------
+    value
+        A number, text with a unit such as ``"1 mm"``, or a tuple of them (a vector).
+    unit
+        Of the SI value, such as ``"m"``; ``"1"`` for pure numbers.
+    doc
+        One sentence for people.
+
+    Raises
+    ------
+    LawDefinitionError
+        If the value is none.
+    """
+
+    def __init__(self, value: Any, unit: str = "1", doc: str = "") -> None:
+        vector = isinstance(value, (tuple, list))
+        checker = Param(tuple(0.0 for _ in value) if vector else 0.0, unit=unit)
+        checker.name, checker.owner = repr(value), "Constant"
+        try:
+            self.value: float | tuple[float, ...] = checker.check(tuple(value) if vector else value)
+        except ParameterError as wrong:
+            raise LawDefinitionError(str(wrong)) from None
+        self.name = ""
+        self.unit = unit
+        self.doc = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, law: Any, owner: type | None = None) -> Any:
+        if law is None or not isinstance(self.value, tuple):
+            return self if law is None else self.value
+        import numpy as np
+
+        from xpheve.laws.view import Batch
+
+        array = np.array(self.value).view(Batch)
+        array.flags.writeable = False
+        return array
+
+    def __set__(self, law: Any, value: Any) -> None:
+        raise ParameterError(f"{law.label()}.{self.name} = {value!r}: it is a constant of the class; a Param can be set")

@@ -38,7 +38,7 @@ class Batch(np.ndarray[Any, np.dtype[np.float64]]):
     def dot(self, other: Any, out: Any = None) -> Batch:  # type: ignore[override]
         """Scalar product row by row, shape (n, 1)."""
         product = np.asarray(np.multiply(self, other))
-        return _batch((product[:, 0:1] + product[:, 1:2]) + product[:, 2:3])
+        return _batch((product[..., 0:1] + product[..., 1:2]) + product[..., 2:3])
 
     def cross(self, other: Any) -> Batch:
         """Vector product row by row, shape (n, 3)."""
@@ -47,17 +47,17 @@ class Batch(np.ndarray[Any, np.dtype[np.float64]]):
     @property
     def x(self) -> Batch:
         """First component, shape (n, 1)."""
-        return _batch(self[:, 0:1])
+        return _batch(self[..., 0:1])
 
     @property
     def y(self) -> Batch:
         """Second component, shape (n, 1)."""
-        return _batch(self[:, 1:2])
+        return _batch(self[..., 1:2])
 
     @property
     def z(self) -> Batch:
         """Third component, shape (n, 1)."""
-        return _batch(self[:, 2:3])
+        return _batch(self[..., 2:3])
 
 
 def _batch(values: Any) -> Batch:

@@ -1,0 +1,282 @@
+"""Reading a law: its methods are called once with values that write down what is done to them.
+
+They are called a second time, too: a formula that gives something else then (random numbers, clocks, counters) is no formula.
+
+Source: recording by operator overloading, as in A. Griewank, A. Walther, Evaluating Derivatives (2nd ed. 2008), chapter 6.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from xpheve.errors import DimensionError, TraceError
+from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
+from xpheve.trace.graph import HOUSE, Graph, Node, Place, at, equal, line_of, walk
+from xpheve.trace.law_trace import LawTrace
+from xpheve.trace.recording import Recording
+from xpheve.trace.shadow import PROPERTIES, TracedBody, shadow_of
+from xpheve.trace.values import NUMBER, Form, Traced, coerced
+from xpheve.units import NONE, Dimension, dimension, name_of, show
+
+UNITS = {"force": "N", "torque": "N m", "potential": "J"}
+"""Methods that are read, and what they return."""
+
+_TRACES: WeakKeyDictionary[type, dict[tuple[Any, ...], LawTrace]] = WeakKeyDictionary()
+"""What was traced already, by class and by what chose the formula."""
+
+
+def why_untraced(law: PhysicalLaw) -> str:
+    """Why ``law`` is not traced, as the end of a sentence; empty if it is."""
+    if not isinstance(law, (FieldLaw, PairLaw)):
+        return f"a {type(law).__mro__[1].__name__} is called in Python when its condition fires"
+    if law.defines("apply"):
+        return "it has apply, which is called in Python with NumPy views of all objects"
+    if law.kernel and not (law.defines("force") or law.defines("torque")):
+        return f"its force is the kernel {law.kernel}, written by hand"
+    return ""
+
+
+def trace_law(law: ContinuousLaw, columns: Iterable[str] | None = None) -> LawTrace | None:
+    """What ``law`` computes, as a graph; None if it is not traced, and `why_untraced` says why.
+
+    The numbers of its parameters are symbols, so that a changed number traces nothing anew. Text, switches, and parameters that are None choose the
+    formula: each such choice of a class is traced once.
+
+    Parameters
+    ----------
+    law
+        A field or pair law.
+    columns
+        Columns that objects have besides those that the law declares; of these it may read any. None: all names are taken for columns,
+        but for those that look like a slip of the finger.
+
+    Raises
+    ------
+    TraceError
+        If a method does what no formula may do, or does not return a vector (a number, if it is the potential); the author's line is named.
+    DimensionError
+        If it adds, compares or returns quantities that do not go together.
+    TracedBranchError
+        If it decides in Python on what is no number yet.
+    """
+    if why_untraced(law):
+        return None
+    known = _TRACES.setdefault(type(law), {})
+    key = _structure(law)
+    found = known.get(key)
+    if found is None:
+        found = _traced_twice(law)
+    _check_columns(law, found.graph, columns)
+    known[key] = found
+    return found
+
+
+def _structure(law: ContinuousLaw) -> tuple[Any, ...]:
+    """The values of parameters that choose a formula, and the sizes of the vectors."""
+    return tuple(
+        (name, type(value).__name__, value if isinstance(value, (str, bool)) else len(value) if isinstance(value, tuple) else None)
+        for name, value in law.parameters.items()
+    )
+
+
+def _traced_twice(law: ContinuousLaw) -> LawTrace:
+    before = _chance()
+    first = _traced(law)
+    if _chance() != before:
+        raise TraceError(
+            f"{law.label()}: the formula draws random numbers: how often it is called is the stepper's affair. "
+            "Draw them in a free-form law, from self.random, which sets a column or a parameter"
+        )
+    second = _traced(law)
+    _check_same(law.label(), first.graph.nodes, second.graph.nodes)
+    _check_same(law.label(), _outputs(first), _outputs(second))
+    return first
+
+
+def _traced(law: ContinuousLaw) -> LawTrace:
+    """One reading of all methods of ``law``."""
+    recording = Recording(law.label(), isinstance(law, PairLaw))
+    shadow = shadow_of(law, recording)
+    bodies = [TracedBody(recording, law.columns, side) for side in (("a", "b") if recording.pair else ("",))]
+    read: dict[str, Any] = dict.fromkeys(UNITS)
+    for method, unit in UNITS.items():
+        if law.defines(method):
+            recording.method = method
+            result = _called(recording, shadow, method, bodies)
+            nodes = _number_of(recording, result) if method == "potential" else _vector_of(recording, result)
+            _check_dimension(recording, nodes, dimension(unit), unit)
+            read[method] = nodes[0] if method == "potential" else nodes
+    return LawTrace(recording.label, recording.pair, recording.graph, read["force"], read["torque"], read["potential"])
+
+
+def _called(recording: Recording, shadow: Any, method: str, bodies: Sequence[TracedBody]) -> Any:
+    """What ``method`` returns; the first error is raised whatever the author's ``except`` did with it."""
+    try:
+        with np.errstate(all="ignore"):
+            result = getattr(shadow, method)(*bodies)
+    except Exception as error:
+        if recording.error is not None:
+            raise recording.error from None
+        if isinstance(error, TraceError):
+            raise
+        place = _place_of(error)
+        raise TraceError(f"{recording.where} raised {type(error).__name__}: {error}. {at(place)}".rstrip()) from error
+    if recording.error is not None:
+        raise recording.error
+    return result
+
+
+def _place_of(error: BaseException) -> Place:
+    """The author's line that ``error`` passed last."""
+    place, trail = ("", 0), error.__traceback__
+    while trail is not None:
+        if not str(trail.tb_frame.f_globals.get("__name__") or "").startswith(HOUSE):
+            place = trail.tb_frame.f_code.co_filename, trail.tb_lineno
+        trail = trail.tb_next
+    return place
+
+
+# What is returned
+
+
+def _vector_of(recording: Recording, result: Any) -> tuple[Node, Node, Node]:
+    """``result`` as three nodes: (n, 3), (3,), or 0; raises `TraceError`."""
+    if result is None:
+        recording.refuse("returned None: is a `return` missing? For no force return 0")
+    wanted = (
+        "real numbers of shape (n, 3) or (3,) are needed: one vector an object. A number times a direction is one: "
+        "body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns"
+    )
+    values = _returned(recording, result, wanted)
+    nodes = tuple(recording.number(node) for node in values.nodes)
+    if values.form == NUMBER and nodes[0].op == "const" and (nodes[0].value == 0.0 or nodes[0].value != nodes[0].value):
+        nodes = nodes * 3
+    elif values.form.width != 3:
+        recording.error = TraceError(
+            f"{recording.where} returned {_described(values)}; {wanted}. {at(nodes[0].place)}".rstrip()
+        )
+        raise recording.error
+    return nodes[0], nodes[1], nodes[2]
+
+
+def _number_of(recording: Recording, result: Any) -> tuple[Node, ...]:
+    """``result`` as one node: (n, 1) or a number; raises `TraceError`."""
+    wanted = "real numbers of shape (n, 1) are needed: one an object or pair. a.dot(b), v.norm() and v.x have it"
+    if result is None:
+        recording.refuse("returned None: is a `return` missing?")
+    values = _returned(recording, result, wanted)
+    if values.form not in (NUMBER, Form(True, 1), Form(False, 1)):
+        recording.error = TraceError(
+            f"{recording.where} returned {_described(values)}; {wanted}. {at(values.nodes[0].place)}".rstrip()
+        )
+        raise recording.error
+    return (recording.number(values.nodes[0]),)
+
+
+def _returned(recording: Recording, result: Any, wanted: str) -> Traced:
+    try:
+        return coerced(recording, result)
+    except TraceError:
+        shown = " ".join(repr(result).split())[:80]
+        recording.error = TraceError(f"{recording.where} returned {shown}; {wanted}")
+        raise recording.error from None
+
+
+def _described(values: Traced) -> str:
+    if values.form == NUMBER and values.nodes[0].op == "const":
+        return repr(values.nodes[0].value)
+    return f"an array of shape {values.form}"
+
+
+# Dimensions
+
+
+def _check_dimension(recording: Recording, nodes: Sequence[Node], wanted: Dimension, unit: str) -> None:
+    """Raise `DimensionError` unless ``nodes`` are in ``unit``. A plain number of the text is taken to be in it."""
+    for node in nodes:
+        if node.op == "const" or node.dim is None or equal(node.dim, wanted):
+            continue
+        called = name_of(tuple(round(one, 9) for one in node.dim))
+        text = f"{recording.where} returns {show(node.dim)}{f' ({called})' if called else ''}, not {unit}. {at(node.place)}"
+        excess = tuple(a - b for a, b in zip(node.dim, wanted, strict=True))
+        raise DimensionError(f"{text}{_hint(node, excess)}")
+
+
+def _hint(node: Node, excess: Dimension) -> str:
+    """Which of what the law reads is there too often, or too seldom, where it is one alone."""
+    names: dict[str, Dimension] = {}
+    for one in walk([node]):
+        if one.op in ("input", "param") and one.dim is not None and not equal(one.dim, NONE):
+            vector = one.value.name in PROPERTIES and PROPERTIES[one.value.name][0].width == 3
+            names.setdefault(f"|{one.value.name}|" if vector else one.value.name, one.dim)
+    for power, many in ((1, "one"), (2, "two"), (3, "three"), (0.5, "a square root of")):
+        for name, dim in names.items():
+            for sign, what in ((1, "too many"), (-1, "too few")):
+                if equal(excess, tuple(sign * power * one for one in dim)):
+                    return f" Hint: {many} {name} {what}."
+    if equal(tuple(-one for one in excess), dimension("N")):
+        return " Hint: a number in the text has no unit: declare it, Constant(1.0, unit='N'), or as a Param."
+    return ""
+
+
+# What is read, and whether it is a formula
+
+
+def _check_columns(law: ContinuousLaw, graph: Graph, columns: Iterable[str] | None) -> None:
+    """Raise `TraceError` for a name that is no property and no column."""
+    own = [*PROPERTIES, *law.columns]
+    at_hand = own if columns is None else [*own, *columns]
+    for node in graph.nodes:
+        if node.op != "input" or node.value.name in at_hand:
+            continue
+        name = node.value.name
+        near = get_close_matches(name, at_hand, n=1, cutoff=0.8 if columns is None else 0.6)
+        if columns is None and not near:
+            continue
+        meant = f' Did you mean "{near[0]}"?' if near else ""
+        raise TraceError(
+            f"{law.label()} reads {node.value.side or 'body'}.{name}, which is no property and no column that a law here declares; "
+            f"at hand: {', '.join(at_hand)}.{meant} {at(node.place)}"
+        )
+
+
+def _outputs(trace: LawTrace) -> list[Node]:
+    return [*trace.motion, *([trace.potential] if trace.potential is not None else [])]
+
+
+def _check_same(label: str, first: Sequence[Node], second: Sequence[Node]) -> None:
+    """Raise `TraceError` unless two readings wrote the same."""
+    for one, other in zip(first, second, strict=False):
+        if _essence(one) != _essence(other):
+            break
+    else:
+        if len(first) == len(second):
+            return
+        one = other = max(first, second, key=len)[min(len(first), len(second))]
+    shown = [f"{node.value!r}" if node.op == "const" else node.op for node in (one, other)]
+    here, there = line_of(one.place), line_of(other.place)
+    places = f"At {here}" if here == there else f"At {here}, then at {there}"
+    raise TraceError(
+        f"{label}: the formula, read twice, says two things: {shown[0]}, then {shown[1]}. {places}. Random numbers, clocks and counters are no part "
+        "of a formula: use body.time, a Param or a column, or write a free-form law"
+    )
+
+
+def _essence(node: Node) -> tuple[Any, ...]:
+    value = node.value.hex() if isinstance(node.value, float) else node.value
+    return node.op, tuple(arg.index for arg in node.args), value, node.index
+
+
+def _chance() -> tuple[Any, ...]:
+    """States of the random generators that all modules share."""
+    numpy_random = sys.modules.get("numpy.random.mtrand")
+    legacy = numpy_random._rand._bit_generator.state["state"] if numpy_random is not None else {}
+    return random.getstate(), legacy.get("pos"), bytes(memoryview(legacy.get("key", b"")))
+
