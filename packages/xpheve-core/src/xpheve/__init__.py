@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from xpheve.record import Record
     from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
-    from xpheve.trace.table import Table
     from xpheve.trace.functions import vector, where
+    from xpheve.trace.table import Table
 
 _HOMES = {
     "PhysicsEngine": "engine",

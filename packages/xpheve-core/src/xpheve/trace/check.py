@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from xpheve.errors import PotentialError, TraceError
 from xpheve.laws import ContinuousLaw
@@ -20,7 +22,9 @@ from xpheve.trace.law_trace import LawTrace
 from xpheve.trace.nature import MOVING, Nature, nature
 from xpheve.trace.numpy_text import GraphFunction, array_function, scalar_function
 from xpheve.trace.power import balance
+from xpheve.trace.recorder import trace_law, why_untraced
 from xpheve.trace.samples import LENGTHS_TO_TRY, SEED, Array, States, parameters_of, variants
+from xpheve.trace.shadow import as_arrays
 
 TOLERANCE = 1e-12  # of the size of the terms: rounding, of formulas written in another order
 OWN_ERROR = 1e-13  # by which all that is read is moved, to see what rounding may do to a result
@@ -77,10 +81,17 @@ def check_law(law: ContinuousLaw, samples: int = 24, *, trace: LawTrace | None =
     TraceError
         If the law cannot be traced.
     """
-    trace = _traced(law) if trace is None else trace
+    trace = trace_law(law) if trace is None else trace
+    if trace is None:
+        return [
+            Finding(
+                "values", f"{law.label()}: is not traced, so its numbers are not checked: {why_untraced(law)}", None
+            )
+        ]
     found: dict[tuple[str, str], Finding] = {}
+    functions = Functions(trace)
     for number, one in enumerate(variants(law, 4)):
-        trial = Trial(one, trace, max(6, samples // 4), SEED + number)
+        trial = Trial(one, functions, max(6, samples // 4), SEED + number)
         for check in (values, order, texts, potential, jacobians, finite):
             for finding in check(trial):
                 found.setdefault((finding.kind, finding.message.partition(":")[0]), finding)
@@ -102,15 +113,21 @@ def quick_check(law: ContinuousLaw, trace: LawTrace | None = None) -> None:
     TraceError
         If what was traced is not what its methods do, or it cannot be traced.
     """
-    trial = Trial(law, _traced(law) if trace is None else trace, 6, SEED)
+    trace = trace_law(law) if trace is None else trace
+    if trace is None:
+        return
+    trial = Trial(law, Functions(trace), 6, SEED)
     for check in (values, potential):
         _raise(check(trial))
 
 
-def nature_of(law: ContinuousLaw, trace: LawTrace | None = None) -> Nature:
-    """The nature of ``law``, with what numbers say of its energy."""
-    trace = _traced(law) if trace is None else trace
-    trials = [Trial(one, trace, 6, SEED + number) for number, one in enumerate(variants(law, 3))]
+def nature_of(law: ContinuousLaw, trace: LawTrace | None = None) -> Nature | None:
+    """The nature of ``law``, with what numbers say of its energy; None if it is not traced."""
+    trace = trace_law(law) if trace is None else trace
+    if trace is None:
+        return None
+    functions = Functions(trace)
+    trials = [Trial(one, functions, 6, SEED + number) for number, one in enumerate(variants(law, 3))]
     if trace.potential is not None:
         return nature(trace, potential_matches=not any(finding.error for one in trials for finding in potential(one)))
     return nature(trace, workless=all(map(_does_no_work, trials)))
@@ -122,51 +139,76 @@ def _raise(findings: Sequence[Finding] | Iterator[Finding]) -> None:
             raise finding.error(finding.message)
 
 
-def _traced(law: ContinuousLaw) -> LawTrace:
-    from xpheve.trace.recorder import trace_law
+class Functions:
+    """What a trace computes, as functions on arrays, each made once; ``main`` is all that `quick_check` needs."""
 
-    return trace_law(law)
+    def __init__(self, trace: LawTrace) -> None:
+        self.trace = trace
+        self.balance = balance(trace)
+        both = trace.graph.op("+", self.balance.power, self.balance.rate)
+        self.outputs = [*trace.motion, *([trace.potential] if trace.potential is not None else [])]
+        self.energy = [self.balance.power, self.balance.rate, self.balance.size, both]
+        self.main = array_function([*self.outputs, *self.energy])
+        self.place = {node.index: k for k, node in enumerate([*self.outputs, *self.energy])}
+        self._others: dict[tuple[int, ...], GraphFunction] = {}
+
+    def of(self, nodes: Sequence[Node]) -> GraphFunction:
+        """The function of other nodes."""
+        key = tuple(node.index for node in nodes)
+        if key not in self._others:
+            self._others[key] = array_function(nodes)
+        return self._others[key]
 
 
 class Trial:
     """A law, its trace, and states at which the law is finite if there are any near."""
 
-    def __init__(self, law: ContinuousLaw, trace: LawTrace, count: int, seed: int) -> None:
-        self.law, self.trace = law, trace
-        self.parameters = parameters_of(law, trace.parameters)
-        self._functions: dict[tuple[int, ...], GraphFunction] = {}
-        outputs = [*trace.motion, *([trace.potential] if trace.potential is not None else [])]
-        best = -1
-        for stretch in LENGTHS_TO_TRY:
-            states = States(law, trace.pair, count, stretch, seed)
-            finite = np.isfinite(np.array(self.evaluate(outputs, states))).all(axis=0)
+    def __init__(self, law: ContinuousLaw, functions: Functions, count: int, seed: int) -> None:
+        self.law, self.trace, self.functions = law, functions.trace, functions
+        self.parameters = parameters_of(law, self.trace.parameters)
+        outputs, best = functions.outputs, -1
+        stretches = LENGTHS_TO_TRY if "position" in _names(outputs) else LENGTHS_TO_TRY[:1]
+        for stretch in stretches:
+            states = States(law, self.trace.pair, count, stretch, seed)
+            numbers = self._run(functions.main, states)
+            finite = np.isfinite(numbers[: len(outputs)]).all(axis=0)
             if int(finite.sum()) > best:
-                best, self.states, self.finite = int(finite.sum()), states, finite
-            if finite.all() or not any(name == "position" for name in _names(outputs)):
+                best, self.states, self.finite, self._numbers = int(finite.sum()), states, finite, numbers
+            if finite.all():
                 break
 
-    def evaluate(self, nodes: Sequence[Node], states: States, moved: int | None = None) -> list[Array]:
-        """``nodes`` at ``states``, shape (count,) each; all that is read moved a little by the pseudo-random numbers of seed ``moved``."""
-        run = self.function(nodes)
-        inputs, parameters = states.inputs(run.inputs), {one: self.parameters[one] for one in run.parameters}
+    @cached_property
+    def _room(self) -> Array:
+        moved = [np.abs(self._run(self.functions.main, self.states, seed) - self._numbers) for seed in (1, 2)]
+        found: Array = 10.0 * np.fmax(moved[0], moved[1])
+        return np.where(np.isfinite(found), found, 0.0)
+
+    def _run(self, run: GraphFunction, states: States, moved: int | None = None) -> Array:
+        """What ``run`` gives, shape (nodes, count); all that is read moved a little by the pseudo-random numbers of seed ``moved``."""
+        inputs, parameters = (
+            states.inputs(run.inputs),
+            {one: self.parameters.get(one, np.nan) for one in run.parameters},
+        )
         if moved is not None:
             rng = np.random.default_rng(moved)
             inputs = {one: x * (1.0 + OWN_ERROR * rng.uniform(-1.0, 1.0, len(x))) for one, x in inputs.items()}
             parameters = {one: p * (1.0 + OWN_ERROR * rng.uniform(-1.0, 1.0)) for one, p in parameters.items()}
-        return [np.broadcast_to(np.asarray(one, dtype=float), states.count) for one in run(inputs, parameters)]
+        found: Array = np.empty((len(run.outputs), states.count))
+        with np.errstate(all="ignore"):
+            for k, one in enumerate(run(inputs, parameters)):
+                found[k] = one
+        return found
 
-    def function(self, nodes: Sequence[Node]) -> GraphFunction:
-        key = tuple(node.index for node in nodes)
-        if key not in self._functions:
-            self._functions[key] = array_function(nodes)
-        return self._functions[key]
+    def evaluate(self, nodes: Sequence[Node]) -> Array:
+        """``nodes`` at the states, shape (nodes, count)."""
+        place = self.functions.place
+        if all(node.index in place for node in nodes):
+            return self._numbers[[place[node.index] for node in nodes]]
+        return self._run(self.functions.of(nodes), self.states)
 
     def room(self, nodes: Sequence[Node]) -> Array:
-        """By how much each of ``nodes`` may be off by rounding, shape (nodes, count): what a small move of all that is read does."""
-        there = np.array(self.evaluate(nodes, self.states))
-        moved = [np.abs(np.array(self.evaluate(nodes, self.states, moved=seed)) - there) for seed in (1, 2)]
-        found: Array = 10.0 * np.fmax(moved[0], moved[1])
-        return np.where(np.isfinite(found), found, 0.0)
+        """By how much outputs may be off by rounding, shape (nodes, count): what a small move of all that is read does."""
+        return self._room[[self.functions.place[node.index] for node in nodes]]
 
     def where(self, row: int, nodes: Sequence[Node]) -> str:
         """State ``row`` in words: what ``nodes`` read, and the parameters where they are not the law's defaults."""
@@ -220,7 +262,7 @@ def values(trial: Trial) -> Iterator[Finding]:
                 "or does what arrays cannot",
             )
             continue
-        traced = np.array(trial.evaluate(nodes, states)).T
+        traced = trial.evaluate(nodes).T
         room = trial.room(nodes).T + TOLERANCE * np.abs(traced)
         bad = _rows_that_differ(called, traced, room)
         if len(bad):
@@ -246,16 +288,15 @@ def _call(law: ContinuousLaw, method: str, states: States, rows: Sequence[int] |
     """The method, called with views; shape (count, 3), or (count, 1) of potentials."""
     views = [states.view(side, rows) for side in states.sides]
     with np.errstate(all="ignore"):
-        result = np.asarray(getattr(law, method)(*views), dtype=float)
+        result: Array = np.asarray(getattr(as_arrays(law), method)(*views), dtype=float)
     return np.broadcast_to(result, (views[0].count, 1 if method == "potential" else 3))
 
 
-def _rows_that_differ(one: Array, other: Array, room: Array) -> Array:
+def _rows_that_differ(one: Array, other: Array, room: Array) -> NDArray[np.intp]:
     """Rows in which two results are apart by more than ``room``, or only one of them is a number."""
     with np.errstate(all="ignore"):
-        apart = ~((np.abs(one - other) <= room) | (one == other) | (np.isnan(one) & np.isnan(other)))
-    found: Array = np.flatnonzero(apart.any(axis=1))
-    return found
+        apart: Any = ~((np.abs(one - other) <= room) | (one == other) | (np.isnan(one) & np.isnan(other)))
+    return np.flatnonzero(apart.any(axis=1))
 
 
 def order(trial: Trial) -> Iterator[Finding]:
@@ -263,11 +304,11 @@ def order(trial: Trial) -> Iterator[Finding]:
     trace = trial.trace
     if not trace.pair or trace.force is None or getattr(trial.law, "between", None) is not None:
         return
-    run = trial.function(trace.force)
+    run = trial.functions.of(trace.force)
     inputs = trial.states.inputs([*run.inputs, *(_other(one) for one in run.inputs)])
     swapped = run({one: inputs[_other(one)] for one in run.inputs}, trial.parameters)
     there = np.array([np.broadcast_to(one, trial.states.count) for one in swapped]).T
-    here = np.array(trial.evaluate(trace.force, trial.states)).T
+    here = trial.evaluate(trace.force).T
     bad = _rows_that_differ(here, -there, trial.room(trace.force).T + TOLERANCE * np.abs(here))
     if len(bad):
         row = int(bad[0])
@@ -295,7 +336,7 @@ def texts(trial: Trial) -> Iterator[Finding]:
         alone = np.array(
             [run({one: x[k] for one, x in inputs.items()}, trial.parameters) for k in range(trial.states.count)]
         )
-        whole = np.array(trial.evaluate(nodes, trial.states)).T
+        whole = trial.evaluate(nodes).T
         exact = all(node.op in EXACT for node in walk(nodes))
         room = np.zeros_like(whole) if exact else trial.room(nodes).T + 1e-15 * np.abs(whole)
         bad = _rows_that_differ(alone, whole, room)
@@ -327,15 +368,13 @@ def potential(trial: Trial) -> Iterator[Finding]:
         return
     if "time" in read:
         yield Finding("potential", f"{label}.potential: reads time, so that energy is not kept along the way", None)
-    found = balance(trace)
-    nodes = [found.power, found.rate, found.size]
-    power, rate, size = trial.evaluate(nodes, trial.states)
-    room = trial.room([trace.graph.op("+", found.power, found.rate)])[0] + POWER_TOLERANCE * size
+    power, rate, size, both = trial.evaluate(trial.functions.energy)
+    room = trial.room(trial.functions.energy)[3] + POWER_TOLERANCE * size
     with np.errstate(all="ignore"):
-        bad = np.flatnonzero(np.abs(power + rate) > room)
+        bad = np.flatnonzero(np.abs(both) > room)
     if not len(bad):
         return
-    row = int(bad[np.argmax(np.abs(power + rate)[bad] / size[bad])])
+    row = int(bad[np.argmax(np.abs(both)[bad] / size[bad])])
     yield Finding(
         "potential",
         f"{label}.potential: does not match force: at {trial.where(row, [*trace.motion, trace.potential, *_moving(trace)])} the power is "
@@ -375,8 +414,7 @@ def _why(trial: Trial, power: Array, rate: Array, size: Array, room: Array) -> s
 
 
 def _does_no_work(trial: Trial) -> bool:
-    found = balance(trial.trace)
-    power, size = trial.evaluate([found.power, found.size], trial.states)
+    power, _, size, _ = trial.evaluate(trial.functions.energy)
     moving = np.isfinite(power) & np.isfinite(size)
     return bool((np.abs(power[moving]) <= 1e-12 * size[moving]).all())
 
@@ -400,9 +438,10 @@ def _derivative_findings(
     trial: Trial, method: str, nodes: Sequence[Node], rows: Sequence[Sequence[Node]], name: str, side: str
 ) -> Iterator[Finding]:
     states = trial.states
-    run = trial.function(nodes)
+    run = trial.functions.of(nodes)
     inputs = states.inputs(run.inputs)
-    exact = np.array([trial.evaluate(row, states) for row in rows])  # (outputs, components, count)
+    flat = trial.evaluate([one for row in rows for one in row])
+    exact = flat.reshape(len(rows), -1, states.count)  # (outputs, components, count)
     length = np.abs(states.array(side, name)).max(axis=1)
     h = 1e-5 * np.where(length > 0.0, length, 1e-3)
     noise = 1e-2 * trial.room(nodes) / h
@@ -439,7 +478,7 @@ def finite(trial: Trial) -> Iterator[Finding]:
         return
     for method, nodes in _outputs(trial.trace).items():
         tables = [node.value.base for node in walk(nodes) if node.op == "table"]
-        numbers = np.array(trial.evaluate(nodes, trial.states)).T
+        numbers = trial.evaluate(nodes).T
         bad = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
         if not len(bad):
             continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,13 @@ from xpheve.trace.table import ARRAYS, FLOATS, packed, tables_of
 class GraphFunction:
     """A function that computes some nodes of a graph.
 
-    ``inputs`` and ``parameters`` are what it needs, in order; ``text`` is what it runs. Called, it gives a list of one result a node: for
-    `array_function` an array of shape (n,), or a float where nothing that differs from object to object is read.
+    ``inputs`` and ``parameters`` are what it needs, in order; ``text`` is what it runs, for the nodes ``outputs``. Called, it gives a list
+    of one result a node: for `array_function` an array of shape (n,), or a float where nothing that differs from object to object is read.
     """
 
     inputs: tuple[Input, ...]
     parameters: tuple[Parameter, ...]
+    outputs: tuple[Node, ...] = field(repr=False)
     text: str
     run: Callable[..., list[Any]] = field(repr=False)
     """With the values of ``inputs``, then of ``parameters``, one after another."""
@@ -43,7 +44,7 @@ def array_function(outputs: Sequence[Node]) -> GraphFunction:
         with np.errstate(all="ignore"):
             return plain(*map(np.asarray, values))  # floats of NumPy: theirs divide by zero
 
-    return GraphFunction(made.inputs, made.parameters, made.text, quiet)
+    return replace(made, run=quiet)
 
 
 def scalar_function(outputs: Sequence[Node]) -> GraphFunction:
@@ -71,5 +72,9 @@ def _made(outputs: Sequence[Node], arrays: bool, names: dict[str, Any]) -> Graph
     room: dict[str, Any] = {"math": math, "tables": numbers if arrays else memoryview(array("d", numbers)), **names}
     exec(compile(text, "<traced law>", "exec"), room)
     return GraphFunction(
-        tuple(node.value for node in inputs), tuple(node.value for node in parameters), text, room["run"]
+        tuple(node.value for node in inputs),
+        tuple(node.value for node in parameters),
+        tuple(outputs),
+        text,
+        room["run"],
     )

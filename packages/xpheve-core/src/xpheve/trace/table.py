@@ -9,15 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from xpheve.errors import InvalidValueError
+from xpheve.errors import DimensionError, InvalidValueError
 from xpheve.kernels import table as kernel
-from xpheve.trace.graph import Node, walk
+from xpheve.trace.graph import Node, at, author_place, equal, walk
 from xpheve.units import NONE, Dimension, parse, show
+
+if TYPE_CHECKING:
+    from xpheve.trace.values import Traced
 
 Array = NDArray[np.float64]
 
@@ -42,14 +45,28 @@ class TableRead:
 
     def __call__(self, x: Any) -> Any:
         """What the table has at ``x``: a float, an array of any shape, or what stands for one while a law is traced."""
-        traced = getattr(x, "looked_up", None)
-        if traced is not None:
-            return traced(self)
+        from xpheve.trace.values import Traced
+
+        if isinstance(x, Traced):
+            return self._traced(x)
         numbers, count = self.base.numbers(), self.base.count
         if isinstance(x, np.ndarray):
             found = ARRAYS[self.kind](numbers, 0, count, np.asarray(x, dtype=float))
             return found.view(type(x)) if x.ndim else found
         return float(FLOATS[self.kind](numbers.tolist(), 0, count, float(x)))
+
+    def _traced(self, x: Traced) -> Traced:
+        """What stands for the look-up at ``x`` while a law is read; raises `DimensionError`."""
+        recording, nodes = x.recording, [x.recording.number(node) for node in x.nodes]
+        for node in nodes:
+            if node.dim is not None and not equal(node.dim, self.base.dim_x):
+                wrong = DimensionError(
+                    f"{recording.where}: the table {self.base.name or 'looked up'} is over {show(self.base.dim_x)}, not over "
+                    f"{show(node.dim)}. {at(author_place())}".rstrip()
+                )
+                recording.note(wrong)
+                raise wrong
+        return type(x)(recording, [recording.graph.table(self, node, self.dim) for node in nodes], x.form)
 
 
 class Table(TableRead):
