@@ -216,4 +216,6 @@ class Constant:
         return array
 
     def __set__(self, law: Any, value: Any) -> None:
-        raise ParameterError(f"{law.label()}.{self.name} = {value!r}: it is a constant of the class; a Param can be set")
+        raise ParameterError(
+            f"{law.label()}.{self.name} = {value!r}: it is a constant of the class; a Param can be set"
+        )

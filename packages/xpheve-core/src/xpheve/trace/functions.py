@@ -59,5 +59,7 @@ def vector(x: Any, y: Any, z: Any) -> Any:
     columns = np.broadcast_arrays(*arrays)
     if columns[0].ndim != 2 or columns[0].shape[1] != 1:
         shapes = ", ".join(str(array.shape) for array in arrays)
-        raise InvalidValueError(f"vector() of shapes {shapes}: numbers, and columns (n, 1) such as body.position.z, are needed")
+        raise InvalidValueError(
+            f"vector() of shapes {shapes}: numbers, and columns (n, 1) such as body.position.z, are needed"
+        )
     return np.concatenate(columns, axis=1).view(Batch)

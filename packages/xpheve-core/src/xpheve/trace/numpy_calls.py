@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -78,7 +78,12 @@ def _ceiling(recording: Recording, x: Any) -> Traced:
 
 def _step(recording: Recording, x: Any, half: Any) -> Traced:
     values = coerced(recording, x)
-    return chosen(recording, values == 0.0, half, chosen(recording, values < 0.0, 0.0, chosen(recording, values > 0.0, 1.0, math.nan)))
+    return chosen(
+        recording,
+        values == 0.0,
+        half,
+        chosen(recording, values < 0.0, 0.0, chosen(recording, values > 0.0, 1.0, math.nan)),
+    )
 
 
 def _dotted(recording: Recording, one: Any, other: Any) -> Traced:
@@ -143,7 +148,7 @@ def _put(recording: Recording, into: Any, found: Traced) -> Traced:
     return into
 
 
-def _unsupported(recording: Recording, name: str) -> Any:
+def _unsupported(recording: Recording, name: str) -> NoReturn:
     recording.refuse(
         f"{name} has no traced form. Write it with + - * / **, np.sqrt, exp, log, sin, cos, tan, where, minimum, maximum, clip, floor, hypot, "
         f"dot, cross and norm, or write {recording.apply}, which is not traced"
@@ -326,7 +331,7 @@ def _filled(value: float) -> Maker:
 
 
 def _full_like(recording: Recording, x: Any, value: Any, **_: Any) -> Traced:
-    return coerced(recording, value) + np.zeros_like(x)
+    return elementwise(recording, "+", value, np.zeros_like(x))
 
 
 LENGTH = _reduced(summed, "linalg.norm")

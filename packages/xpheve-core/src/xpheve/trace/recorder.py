@@ -81,7 +81,11 @@ def trace_law(law: ContinuousLaw, columns: Iterable[str] | None = None) -> LawTr
 def _structure(law: ContinuousLaw) -> tuple[Any, ...]:
     """The values of parameters that choose a formula, and the sizes of the vectors."""
     return tuple(
-        (name, type(value).__name__, value if isinstance(value, (str, bool)) else len(value) if isinstance(value, tuple) else None)
+        (
+            name,
+            type(value).__name__,
+            value if isinstance(value, (str, bool)) else len(value) if isinstance(value, tuple) else None,
+        )
         for name, value in law.parameters.items()
     )
 
@@ -279,4 +283,3 @@ def _chance() -> tuple[Any, ...]:
     numpy_random = sys.modules.get("numpy.random.mtrand")
     legacy = numpy_random._rand._bit_generator.state["state"] if numpy_random is not None else {}
     return random.getstate(), legacy.get("pos"), bytes(memoryview(legacy.get("key", b"")))
-

@@ -50,6 +50,8 @@ NOT_HERE = {
 class TracedBody:
     """The objects as a law sees them while it is read; of a pair, those on one ``side``."""
 
+    _recording: Recording
+
     def __init__(self, recording: Recording, columns: dict[str, Any], side: str) -> None:
         object.__setattr__(self, "_recording", recording)
         object.__setattr__(self, "_columns", columns)
@@ -139,7 +141,8 @@ class Shadow(metaclass=ShadowType):
 def shadow_of(law: ContinuousLaw, recording: Recording) -> Any:
     """A ``self`` for the methods of ``law``, which write into ``recording``."""
     kind = ShadowType("Shadow", (Shadow,), {"_law": law, "_recording": recording})
-    return object.__new__(kind)
+    made: Any = object.__new__
+    return made(kind)
 
 
 def _static(law: ContinuousLaw, name: str) -> Any:
@@ -178,9 +181,7 @@ def _of_class(kind: Any, owner: Any, name: str) -> Any:
 def _undeclared(name: str, value: Any, why: str) -> str:
     shown = " ".join(repr(value).split())[:40]
     if not _has_numbers(value):
-        return (
-            f"self.{name} {why}: {shown}. A change of it would go unnoticed: declare it as a Param (text with choices=(...), a switch, a number)"
-        )
+        return f"self.{name} {why}: {shown}. A change of it would go unnoticed: declare it as a Param (text with choices=(...), a switch, a number)"
     return (
         f"self.{name} {why}, {shown}: it has no unit, and a change of it would go unnoticed. Declare it in the class: "
         f"{name} = Param({shown}, unit=...), or Constant({shown}, unit=...) if it never changes"
