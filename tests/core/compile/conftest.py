@@ -44,7 +44,13 @@ def process(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
         place = tmp_path / "here"
         place.mkdir(exist_ok=True)
         return subprocess.run(
-            [sys.executable, "-W", "error", str(script)], env=here, cwd=place, capture_output=True, text=True, check=check, timeout=120
+            [sys.executable, "-W", "error", str(script)],
+            env=here,
+            cwd=place,
+            capture_output=True,
+            text=True,
+            check=check,
+            timeout=120,
         )
 
     return run

@@ -65,7 +65,9 @@ def test_functions_and_constants_of_other_files_come_along() -> None:
 
 
 def test_a_constant_of_several_names_is_put_in_once(tmp_path: Path) -> None:
-    files = pack_file(tmp_path, "A, B = 2.0, 3.0\nC: float = A + B\n\ndef f(x: float) -> float:\n    return x * A * B * C\n")
+    files = pack_file(
+        tmp_path, "A, B = 2.0, 3.0\nC: float = A + B\n\ndef f(x: float) -> float:\n    return x * A * B * C\n"
+    )
     text = assemble("def entry(f, n):\n    f[1][0] = lift__f(f[0][0])\n    return 0\n", files)
     assert text.count("lift__A") == 3
     assert run("def entry(f, n):\n    f[1][0] = lift__f(f[0][0])\n    return 0\n", files, 1.0) == 30.0
@@ -78,7 +80,9 @@ def test_turning_through_the_text_has_the_bits_of_the_kernel_file() -> None:
         a, b = rng.uniform(0.3, 1.7, 14), np.zeros(7)
         kernel([a, b], [])
         x = a.tolist()
-        q, w = flight.turn_split((x[0], x[1], x[2], x[3]), (x[4], x[5], x[6]), (x[7], x[8], x[9]), (x[10], x[11], x[12]), x[13])
+        q, w = flight.turn_split(
+            (x[0], x[1], x[2], x[3]), (x[4], x[5], x[6]), (x[7], x[8], x[9]), (x[10], x[11], x[12]), x[13]
+        )
         assert b.tolist() == [*q, *w]
 
 

@@ -17,7 +17,16 @@ from xpheve.trace.emit import SCALAR
 Floats = NDArray[np.float64]
 SPECIAL = [0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, -5e-324, 1e-310, 2.2e-308, 1.0, -1.0, 0.5, -0.5, 1.5, -1.5, 2.0, -2.0, 3.0, -3.0,
            1e15 + 0.5, 4503599627370497.0, -4503599627370495.5, 710.0, -746.0, 1e22, 1e308, -1e308]  # fmt: skip
-PAIRS = {"ieee__divide", "ieee__power", "ieee__hypot", "ieee__minimum", "ieee__maximum", "math.atan2", "math.fmod", "math.pow"}
+PAIRS = {
+    "ieee__divide",
+    "ieee__power",
+    "ieee__hypot",
+    "ieee__minimum",
+    "ieee__maximum",
+    "math.atan2",
+    "math.fmod",
+    "math.pow",
+}
 
 
 def same(a: Floats, b: Floats) -> bool:
@@ -66,7 +75,10 @@ def test_functions_of_math_have_the_same_bits_where_python_does_not_raise() -> N
         keep.append(good)
         calls.append(f"math.{name}(x, y)" if pair else f"math.{name}(x)")
         buffers.append(good.astype(float))
-    lines = [f"        o{k} = f[{k + 2}]\n        if o{k}[i] == 1.0:\n            o{k}[i] = {call}" for k, call in enumerate(calls)]
+    lines = [
+        f"        o{k} = f[{k + 2}]\n        if o{k}[i] == 1.0:\n            o{k}[i] = {call}"
+        for k, call in enumerate(calls)
+    ]
     body = "def entry(f, n):\n    a = f[0]\n    b = f[1]\n    for i in range(n[0][0]):\n        x = a[i]\n        y = b[i]\n"
     slow, fast = both(assemble(body + "\n".join(lines) + "\n    return 0\n"), [x, y, *buffers], [np.array([len(x)])])
     for call, good, a, b in zip(calls, keep, slow[2:], fast[2:], strict=True):
@@ -83,13 +95,25 @@ def _answers(name: str, a: float, b: float, pair: bool) -> bool:
 
 
 def test_powers_lesser_and_greater_of_python_have_the_same_bits() -> None:
-    calls = ["abs(x) ** 1.7", "x ** 2", "min(x, y)", "max(x, y)", "min(x, y, 0.0)", "max(-0.0, x, y, 1.0)", "2.0 ** min(max(y, -9.0), 9.0)"]
+    calls = [
+        "abs(x) ** 1.7",
+        "x ** 2",
+        "min(x, y)",
+        "max(x, y)",
+        "min(x, y, 0.0)",
+        "max(-0.0, x, y, 1.0)",
+        "2.0 ** min(max(y, -9.0), 9.0)",
+    ]
     lines = [f"        o{k} = f[{k + 2}]\n        o{k}[i] = {call}" for k, call in enumerate(calls)]
     body = "def entry(f, n):\n    a = f[0]\n    b = f[1]\n    for i in range(n[0][0]):\n        x = a[i]\n        y = b[i]\n"
     x, y = values(2000)
     few = np.abs(np.nan_to_num(x, nan=math.nan)) < 1e150  # beyond, Python's ** raises
     x, y = np.where(few | np.isnan(x), x, 1.0), y
-    slow, fast = both(assemble(body + "\n".join(lines) + "\n    return 0\n"), [x, y, *(np.zeros(len(x)) for _ in calls)], [np.array([len(x)])])
+    slow, fast = both(
+        assemble(body + "\n".join(lines) + "\n    return 0\n"),
+        [x, y, *(np.zeros(len(x)) for _ in calls)],
+        [np.array([len(x)])],
+    )
     for call, a, b in zip(calls, slow[2:], fast[2:], strict=True):
         assert same(a, b), call
 
@@ -130,7 +154,9 @@ def test_turning_a_body_has_the_same_bits_compiled() -> None:
 
 
 def test_division_by_zero_is_infinite_and_needs_nothing_of_python() -> None:
-    text = assemble("def entry(f, n):\n    a = f[0]\n    a[1] = ieee__divide(a[0], 0.0)\n    a[2] = ieee__divide(0.0, a[3])\n    return 0\n")
+    text = assemble(
+        "def entry(f, n):\n    a = f[0]\n    a[1] = ieee__divide(a[0], 0.0)\n    a[2] = ieee__divide(0.0, a[3])\n    return 0\n"
+    )
     a = np.array([-2.0, 0.0, 0.0, 0.0])
     compiled(text)([a], [])
     assert a[1] == -math.inf and math.isnan(a[2])
@@ -138,7 +164,9 @@ def test_division_by_zero_is_infinite_and_needs_nothing_of_python() -> None:
 
 
 def test_helpers_are_the_machines_operations() -> None:
-    text = lowered(assemble("def entry(f, n):\n    x = f[0][0]\n    return ieee__divide(ieee__sqrt(x), ieee__minimum(x, 2.0))\n"))
+    text = lowered(
+        assemble("def entry(f, n):\n    x = f[0][0]\n    return ieee__divide(ieee__sqrt(x), ieee__minimum(x, 2.0))\n")
+    )
     assert "machine__sqrt(x) / (x if x <= 2.0 or x != x else 2.0)" in text
     assert "def ieee__divide" not in text and "def ieee__sqrt" not in text
     assert set(HELPERS) < set(SCALAR.values())
@@ -149,7 +177,9 @@ def test_short_functions_are_written_out_with_their_arguments_in_place() -> None
     assert "return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]" in text
 
 
-@pytest.mark.parametrize("line", ["math.gamma(2.0)", "math.hypot(3.0, 4.0)", "math.fsum(f[0])", "math.log(2.0) + math.lgamma(1.0)"])
+@pytest.mark.parametrize(
+    "line", ["math.gamma(2.0)", "math.hypot(3.0, 4.0)", "math.fsum(f[0])", "math.log(2.0) + math.lgamma(1.0)"]
+)
 def test_what_would_round_otherwise_is_refused(line: str) -> None:
     with pytest.raises(CompileError, match=r"same bits.*xpheve\.kernels\.ieee"):
         compiled(f"import math\ndef entry(f, n):\n    f[0][0] = {line}\n    return 0\n")
