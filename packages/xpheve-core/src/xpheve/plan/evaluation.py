@@ -21,6 +21,8 @@ from xpheve.plan.pairs import PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
+LISTABLE = 20_000_000
+"""Pairs whose list memory bears."""
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -263,10 +265,12 @@ class BatchSources:
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
+            elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
+                self.why_alone = f"more than {LISTABLE} pairs between objects that are named"
             elif alone:
                 self.why_alone = f"evaluated law by law: {', '.join(alone)}"
             else:
-                self._program = BatchProgram(self.world, self.rows, self.laws, terms)  # type: ignore[arg-type]
+                self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
 
     def renew(self) -> None:
