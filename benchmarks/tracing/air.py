@@ -36,7 +36,9 @@ def engine(drag: str = "basic:quadratic_drag", compile: str = "always") -> Any:
     return make
 
 
-def in_engine(begin: Start, dt: float, drag: str = "basic:quadratic_drag", compile: str = "always") -> tuple[Runner, list[Any]]:
+def in_engine(
+    begin: Start, dt: float, drag: str = "basic:quadratic_drag", compile: str = "always"
+) -> tuple[Runner, list[Any]]:
     """The scene in an engine, not planned yet, and its laws: gravity, drag, wind."""
     import xpheve as xp
 
@@ -49,7 +51,14 @@ def in_engine(begin: Start, dt: float, drag: str = "basic:quadratic_drag", compi
         host.add_law("basic:wind", velocity=WIND, density=DENSITY, coefficient=COEFFICIENT),
     ]
     objects = []
-    columns = zip(begin.position.tolist(), begin.velocity.tolist(), begin.mass.tolist(), begin.more["area"].tolist(), begin.more["drag"].tolist(), strict=True)
+    columns = zip(
+        begin.position.tolist(),
+        begin.velocity.tolist(),
+        begin.mass.tolist(),
+        begin.more["area"].tolist(),
+        begin.more["drag"].tolist(),
+        strict=True,
+    )
     for x, v, m, area, constant in columns:
         own = {"drag_area": area} | ({name: constant} if drag == OUTSIDE else {})
         objects.append(xp.PhysicalObject(mass=m, position=x, velocity=v, **own))

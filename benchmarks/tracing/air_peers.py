@@ -111,7 +111,7 @@ def tiles(begin: Start, dt: float) -> Runner:
 
 
 @njit(error_model="numpy")
-def separate(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, C, steps, h, g, wx, wy, wz):  # type: ignore[no-untyped-def]  # noqa: N803
+def separate(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, C, steps, h, g, wx, wy, wz):  # type: ignore[no-untyped-def]
     """One array a component; gravity is a number, not an array."""
     hh = 0.5 * h
     for _ in range(steps):

@@ -64,7 +64,9 @@ def start(n: int = N) -> Start:
     """``n`` bodies of 1 kg in a ball cut out of a shaken cubic lattice, hot enough to be liquid; no momentum."""
     random = np.random.default_rng(5)
     side = int((2.2 * n) ** (1 / 3)) + 2
-    lattice = SPACING * (np.stack(np.meshgrid(*3 * [np.arange(side)], indexing="ij"), axis=-1).reshape(-1, 3) - side / 2)
+    lattice = SPACING * (
+        np.stack(np.meshgrid(*3 * [np.arange(side)], indexing="ij"), axis=-1).reshape(-1, 3) - side / 2
+    )
     inner = lattice[np.argsort((lattice**2).sum(axis=1), kind="stable")[:n]]
     position = inner[random.permutation(n)] + random.uniform(-0.05, 0.05, (n, 3))
     velocity = random.normal(0.0, HEAT, (n, 3))

@@ -15,7 +15,7 @@ MOST = 96  # neighbours of a body, at most, to one side; asserted
 
 
 @njit(error_model="numpy")
-def middle(X, V, M, hh):  # type: ignore[no-untyped-def]  # noqa: N803
+def middle(X, V, M, hh):  # type: ignore[no-untyped-def]
     """Places in the middle of the step."""
     for i in range(len(X)):
         for k in range(3):
@@ -23,7 +23,7 @@ def middle(X, V, M, hh):  # type: ignore[no-untyped-def]  # noqa: N803
 
 
 @njit(error_model="numpy")
-def kick(X, V, RX, RV, F, IM, h):  # type: ignore[no-untyped-def]  # noqa: N803
+def kick(X, V, RX, RV, F, IM, h):  # type: ignore[no-untyped-def]
     """The end of the step: compensated sums; forces are set to 0."""
     hh = 0.5 * h
     for i in range(len(X)):
@@ -46,7 +46,7 @@ def kick(X, V, RX, RV, F, IM, h):  # type: ignore[no-untyped-def]  # noqa: N803
 
 
 @njit(error_model="numpy")
-def sort_into_cells(M, width, cell, first, order):  # type: ignore[no-untyped-def]  # noqa: N803
+def sort_into_cells(M, width, cell, first, order):  # type: ignore[no-untyped-def]
     """Counting sort: cell of each body, first body of each cell, bodies in the order of cells; gives numbers of cells, 0 if there is no room."""
     lx = M[0, 0]
     ly = M[0, 1]
@@ -86,7 +86,7 @@ def sort_into_cells(M, width, cell, first, order):  # type: ignore[no-untyped-de
 
 
 @njit(error_model="numpy")
-def cells_each_step(X, V, RX, RV, IM, M, F, S, G, cell, first, order, steps, h, cutoff, epsilon, sigma, f0, f1):  # type: ignore[no-untyped-def]  # noqa: N803
+def cells_each_step(X, V, RX, RV, IM, M, F, S, G, cell, first, order, steps, h, cutoff, epsilon, sigma, f0, f1):  # type: ignore[no-untyped-def]
     """Sorts all bodies into cells of the cutoff's width at each step, and walks cells: runs of three cells in z are one stretch of bodies."""
     end = cutoff * cutoff
     ss = sigma * sigma
@@ -154,7 +154,7 @@ def cells_each_step(X, V, RX, RV, IM, M, F, S, G, cell, first, order, steps, h, 
 
 
 @njit(error_model="numpy")
-def find_neighbours(M, reach, cell, first, order, start, other):  # type: ignore[no-untyped-def]  # noqa: N803
+def find_neighbours(M, reach, cell, first, order, start, other):  # type: ignore[no-untyped-def]
     """Half list of pairs closer than ``reach``; the bodies should lie in the order of cells. Gives their number, -1 if there is no room."""
     nx, ny, nz = sort_into_cells(M, reach, cell, first, order)
     if nx == 0:
@@ -186,7 +186,7 @@ def find_neighbours(M, reach, cell, first, order, start, other):  # type: ignore
 
 
 @njit(error_model="numpy")
-def take(A, order, spare):  # type: ignore[no-untyped-def]  # noqa: N803
+def take(A, order, spare):  # type: ignore[no-untyped-def]
     """Put rows into another order."""
     for s in range(len(A)):
         for k in range(3):
@@ -197,7 +197,7 @@ def take(A, order, spare):  # type: ignore[no-untyped-def]  # noqa: N803
 
 
 @njit(error_model="numpy")
-def moved_too_far(M, M0, most):  # type: ignore[no-untyped-def]  # noqa: N803
+def moved_too_far(M, M0, most):  # type: ignore[no-untyped-def]
     """Whether a body is further than half the skin from where it was when the list was made."""
     worst = 0.0
     for i in range(len(M)):
@@ -229,7 +229,7 @@ def forces(dx, dy, dz, end, ss, e, f0, f1):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def pair_after_pair(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type: ignore[no-untyped-def]  # noqa: N803
+def pair_after_pair(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type: ignore[no-untyped-def]
     """Forces of all listed pairs, one after the other, those beyond the cutoff skipped."""
     for i in range(len(M)):
         x = M[i, 0]
@@ -261,7 +261,7 @@ def pair_after_pair(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type
 
 
 @njit(error_model="numpy")
-def body_after_body(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type: ignore[no-untyped-def]  # noqa: N803
+def body_after_body(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type: ignore[no-untyped-def]
     """Forces of all listed pairs, those of a body together: differences, forces in vectors, sums."""
     for i in range(len(M)):
         x = M[i, 0]
@@ -293,7 +293,34 @@ def body_after_body(M, F, start, other, DX, DY, DZ, end, ss, e, f0, f1):  # type
 
 @njit(error_model="numpy")
 def listed(  # type: ignore[no-untyped-def]
-    X, V, RX, RV, IM, own, M, M0, F, spare, cell, first, order, start, other, count, DX, DY, DZ, steps, h, cutoff, skin, epsilon, sigma, f0, f1, vectors  # noqa: N803
+    X,
+    V,
+    RX,
+    RV,
+    IM,
+    own,
+    M,
+    M0,
+    F,
+    spare,
+    cell,
+    first,
+    order,
+    start,
+    other,
+    count,
+    DX,
+    DY,
+    DZ,
+    steps,
+    h,
+    cutoff,
+    skin,
+    epsilon,
+    sigma,
+    f0,
+    f1,
+    vectors,
 ):
     """Bodies kept in the order of cells, a half list of pairs up to the cutoff and a skin, made anew when a body has crossed half the skin."""
     end = cutoff * cutoff
@@ -303,10 +330,9 @@ def listed(  # type: ignore[no-untyped-def]
     for _ in range(steps):
         middle(X, V, M, 0.5 * h)
         if count[0] == 0 or moved_too_far(M, M0, 0.25 * skin * skin):
-            nx, ny, nz = sort_into_cells(M, cutoff + skin, cell, first, order)
-            if nx == 0:
+            if sort_into_cells(M, cutoff + skin, cell, first, order)[0] == 0:
                 return 1
-            for A in (X, V, RX, RV, M):  # noqa: N806
+            for A in (X, V, RX, RV, M):
                 take(A, order, spare)
             for s in range(n):
                 spare[s, 0] = IM[order[s]]

@@ -46,7 +46,7 @@ def kick(x, v, rx, rv, f, im, h):  # type: ignore[no-untyped-def]
 
 
 @njit(error_model="numpy")
-def scattered(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, MZ, A, B, steps, h, k, rest):  # type: ignore[no-untyped-def]  # noqa: N803
+def scattered(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, MZ, A, B, steps, h, k, rest):  # type: ignore[no-untyped-def]
     """Spring after spring, an array a component; each adds to both its ends."""
     hh = 0.5 * h
     for _ in range(steps):
@@ -73,7 +73,7 @@ def scattered(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, 
 
 
 @njit(error_model="numpy")
-def by_body(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, MZ, first, B, steps, h, k, rest):  # type: ignore[no-untyped-def]  # noqa: N803
+def by_body(X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, MZ, first, B, steps, h, k, rest):  # type: ignore[no-untyped-def]
     """Springs sorted by their first end, whose sum stays in registers; the other end is added to."""
     hh = 0.5 * h
     for _ in range(steps):
@@ -121,7 +121,34 @@ def stretched(dx, dy, dz, k, rest):  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy")
 def in_passes(  # type: ignore[no-untyped-def]
-    X, Y, Z, U, V, W, RX, RY, RZ, RU, RV, RW, IM, FX, FY, FZ, MX, MY, MZ, A, B, SX, SY, SZ, steps, h, k, rest  # noqa: N803
+    X,
+    Y,
+    Z,
+    U,
+    V,
+    W,
+    RX,
+    RY,
+    RZ,
+    RU,
+    RV,
+    RW,
+    IM,
+    FX,
+    FY,
+    FZ,
+    MX,
+    MY,
+    MZ,
+    A,
+    B,
+    SX,
+    SY,
+    SZ,
+    steps,
+    h,
+    k,
+    rest,
 ):
     """Some hundred springs at a time: first differences, then forces in vectors, then what each adds to its ends."""
     hh = 0.5 * h
@@ -169,7 +196,9 @@ def scatter(begin: Start, dt: float) -> Runner:
     """njit, spring after spring."""
     x, v, columns = _columns(begin)
     ends = _ends(begin)
-    return Runner(lambda steps: scattered(*columns, *ends, steps, dt, STIFFNESS, LENGTH), lambda: (x.T.copy(), v.T.copy()))
+    return Runner(
+        lambda steps: scattered(*columns, *ends, steps, dt, STIFFNESS, LENGTH), lambda: (x.T.copy(), v.T.copy())
+    )
 
 
 def rows(begin: Start, dt: float) -> Runner:
@@ -177,7 +206,9 @@ def rows(begin: Start, dt: float) -> Runner:
     x, v, columns = _columns(begin)
     a, b = _ends(begin)
     first = np.searchsorted(a, np.arange(begin.n + 1))
-    return Runner(lambda steps: by_body(*columns, first, b, steps, dt, STIFFNESS, LENGTH), lambda: (x.T.copy(), v.T.copy()))
+    return Runner(
+        lambda steps: by_body(*columns, first, b, steps, dt, STIFFNESS, LENGTH), lambda: (x.T.copy(), v.T.copy())
+    )
 
 
 def passes(begin: Start, dt: float) -> Runner:
@@ -186,7 +217,8 @@ def passes(begin: Start, dt: float) -> Runner:
     ends = _ends(begin)
     forces = np.zeros((3, BLOCK))
     return Runner(
-        lambda steps: in_passes(*columns, *ends, *forces, steps, dt, STIFFNESS, LENGTH), lambda: (x.T.copy(), v.T.copy())
+        lambda steps: in_passes(*columns, *ends, *forces, steps, dt, STIFFNESS, LENGTH),
+        lambda: (x.T.copy(), v.T.copy()),
     )
 
 
