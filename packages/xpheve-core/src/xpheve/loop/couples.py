@@ -8,7 +8,7 @@ from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
 LISTED, ALL, NEAR = "listed", "all", "near"
-"""Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another."""
+"""Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another, found through cells."""
 
 
 class PairText:
@@ -62,7 +62,7 @@ class PairText:
             for n in walk(self.term.trace.force or ())
             if n.op == "input" and n.value.side == side and n.value.name not in SCENE
         }
-        if self.how == NEAR:
+        if self.term.near:
             found |= {Input(side, "position", c) for c in range(3)}
         return sorted(found)
 
@@ -81,6 +81,18 @@ class PairText:
         if not self.term.accounted:
             names.append(f"{names[0]}_working")
         return names
+
+    @property
+    def _reach(self) -> str:
+        """Where the square of the cutoff is."""
+        return f"p[q + {self.term.size - 3}]"
+
+    def _near(self, lines: list[str]) -> list[str]:
+        """``lines``, done for pairs closer than the cutoff only."""
+        if not self.term.near:
+            return lines
+        gaps = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+        return [*gaps, "if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:", *(f"    {line}" for line in lines)]
 
     def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
         """Lines that find the force on ``a``, and its components."""
@@ -110,13 +122,11 @@ class PairText:
             head += [f"    {line}" for line in parameters + fixed]
         else:
             inner += ["q = rows[k]", *parameters, *fixed]
-        inner += [
-            *self._loads("a"),
-            *self._loads("b"),
-            *force,
-            *self._add("a", "+", names),
-            *self._add("b", "-", names),
-        ]
+        if self.term.near:
+            reach = f"reach_squared = {self._reach}"
+            (head if self.shared else inner).append(f"    {reach}" if self.shared else reach)
+        act = [*force, *self._add("a", "+", names), *self._add("b", "-", names)]
+        inner += [*self._loads("a"), *self._loads("b"), *self._near(act)]
         return [*head, "    for k in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
 
     def _of_rows(self) -> list[str]:
@@ -126,26 +136,17 @@ class PairText:
         targets = [(target, c) for target in self._targets() for c in range(3)]
         gather = [f"r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
         scatter = [f"s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
-        inner = [*self._loads("b")]
         act = [*force, *(f"r{m} = r{m} + {names[c]}" for m, (_, c) in enumerate(targets)), *self._add("b", "-", names)]
         head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now):"]
         head += [f"    {line}" for line in parameters + fixed]
         body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a") + gather)]
+        if self.term.near:
+            head.append(f"    reach_squared = {self._reach}")
         if self.how == ALL:
-            body += [
-                "    for j in range(i + 1, count):",
-                "        b = rows[j]",
-                *(f"        {line}" for line in inner + act),
-            ]
+            body += ["    for j in range(i + 1, count):", "        b = rows[j]"]
         else:
-            near = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
             body += ["    for m in range(first[i], first[i + 1]):", "        b = rows[partners[m]]"]
-            body += [f"        {line}" for line in [*inner, *near]]
-            body += [
-                "        if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:",
-                *(f"            {line}" for line in act),
-            ]
-            head.append(f"    reach_squared = p[q + {self.term.size}]")
+        body += [f"        {line}" for line in [*self._loads("b"), *self._near(act)]]
         body += [f"    {line}" for line in scatter]
         return [*head, *(f"    {line}" for line in body), "    return 0", ""]
 

@@ -25,11 +25,15 @@ SCENE = ("time", "up")
 
 
 class Term(NamedTuple):
-    """A law class in a loop: ``accounted`` if a potential stands for its force, ``switch`` if it can be put out by a number."""
+    """A law class in a loop.
+
+    ``accounted`` if a potential stands for its force, ``switch`` if it can be put out by a number, ``near`` if it has a cutoff.
+    """
 
     trace: LawTrace
     accounted: bool
     switch: bool = False
+    near: bool = False
 
     @property
     def of_velocity(self) -> bool:
@@ -38,8 +42,11 @@ class Term(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Numbers of an instance in the parameter table: its parameters, and whether it is on."""
-        return len(self.trace.parameters) + 1
+        """Numbers of an instance in the parameter table.
+
+        Its parameters, whether it is on, and of a cutoff the square, itself, and how far lists of neighbours reach.
+        """
+        return len(self.trace.parameters) + (4 if self.near else 1)
 
 
 def summation_order(terms: Sequence[Term]) -> list[int]:
