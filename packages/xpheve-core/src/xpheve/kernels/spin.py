@@ -89,6 +89,11 @@ def kicked(m: Vec, torque: Vec, s: float) -> Vec:
     return (m[0] + s * torque[0], m[1] + s * torque[1], m[2] + s * torque[2])
 
 
+def inverse_of(inertia: Vec) -> float:
+    """1 / A, 0 for a point, which nothing turns."""
+    return 1.0 / middle_moment(inertia) if inertia[0] > 0.0 else 0.0
+
+
 def flown(q: Quat, omega: Vec, excess: Vec, spread: Vec, torque: Vec, s: float) -> tuple[Quat, Vec]:
     """Orientation and angular velocity after ``s`` [s] under a constant ``torque`` in units of A: half a turn, the kick, half a turn."""
     m = stretched(q, omega, excess)

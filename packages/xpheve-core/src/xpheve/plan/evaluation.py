@@ -19,6 +19,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.trace.recorder import trace_law
 
 Fetch = Callable[[str], Array]
 LISTABLE = 20_000_000
@@ -230,9 +231,44 @@ class BatchSources:
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        self._find_turning()
         self._program: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
+
+    def _find_turning(self) -> None:
+        """Which rows laws turn, and which laws read how rows turn."""
+        capacity = self.world.bodies.capacity
+        self.twists, self._need, self._need_spin = (np.zeros(capacity, dtype=bool) for _ in range(3))
+        self.reads_turning = self.turning_pairs = False
+        for law, mask in self.fields:
+            trace = trace_law(law)
+            if law.defines("torque"):
+                self.twists |= mask
+            if trace is None or trace.reads & {"orientation", "angular_velocity"}:
+                self.reads_turning = True
+            if trace is not None and "orientation" in trace.reads:
+                self._need |= mask
+            elif trace is not None and "angular_velocity" in trace.reads:
+                self._need_spin |= mask
+        for pair_law, _ in self.pairs:
+            trace = trace_law(pair_law)
+            if trace is None or trace.reads & {"orientation", "angular_velocity"}:
+                self.reads_turning = self.turning_pairs = True
+        self._turn = bool((self.twists | self._need | self._need_spin).any())
+
+    def stepped(self, rows: Rows) -> Array:
+        """How ``rows`` turn; see `xpheve.steppers.contract.Sources`."""
+        arrays = self.world.bodies.arrays
+        torque = arrays["torque"][:, rows].any(axis=0)
+        if not self._turn and not torque.any():
+            return np.zeros((1, len(rows)))
+        inertia = arrays["inertia"][:, rows]
+        spins = arrays["angular_velocity"][:, rows].any(axis=0)
+        uneven = (inertia[0] != inertia[1]) | (inertia[1] != inertia[2])
+        needed = spins & (self._need[rows] | (self._need_spin[rows] & uneven))
+        twisted = (inertia[0] > 0.0) & (torque | self.twists[rows])
+        return np.where(twisted, 2.0, np.where(needed, 1.0, 0.0))[None]
 
     def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
         """When [s] the force of a law on one of ``objects`` jumps, ascending."""
@@ -276,7 +312,7 @@ class BatchSources:
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
         if self._program is not None:
-            self._program.program.forget_parameters()
+            self._program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""
