@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -231,42 +232,51 @@ class BatchSources:
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
-        self._find_turning()
+        self.twists = np.zeros(bodies.capacity, dtype=bool)
+        for law, mask in self.fields:
+            if law.defines("torque"):
+                self.twists |= mask
         self._program: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
 
-    def _find_turning(self) -> None:
-        """Which rows laws turn, and which laws read how rows turn."""
-        capacity = self.world.bodies.capacity
-        self.twists, self._need, self._need_spin = (np.zeros(capacity, dtype=bool) for _ in range(3))
-        self.reads_turning = self.turning_pairs = False
+    @cached_property
+    def _readers(self) -> tuple[Any, Any]:
+        """Which rows obey a law that reads their orientation, and which one that reads their angular velocity."""
+        need, need_spin = np.zeros_like(self.twists), np.zeros_like(self.twists)
         for law, mask in self.fields:
-            trace = trace_law(law)
-            if law.defines("torque"):
-                self.twists |= mask
-            if trace is None or trace.reads & {"orientation", "angular_velocity"}:
-                self.reads_turning = True
-            if trace is not None and "orientation" in trace.reads:
-                self._need |= mask
-            elif trace is not None and "angular_velocity" in trace.reads:
-                self._need_spin |= mask
-        for pair_law, _ in self.pairs:
-            trace = trace_law(pair_law)
-            if trace is None or trace.reads & {"orientation", "angular_velocity"}:
-                self.reads_turning = self.turning_pairs = True
-        self._turn = bool((self.twists | self._need | self._need_spin).any())
+            reads = self.world.reads_of(law)
+            if "orientation" in reads:
+                need |= mask
+            if "angular_velocity" in reads:
+                need_spin |= mask
+        return need, need_spin
+
+    @cached_property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        return any(map(self._reads_rotation, self.laws))
+
+    @cached_property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
+
+    def _reads_rotation(self, law: ContinuousLaw) -> bool:
+        trace = trace_law(law)
+        return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
 
     def stepped(self, rows: Rows) -> Array:
         """How ``rows`` turn; see `xpheve.steppers.contract.Sources`."""
         arrays = self.world.bodies.arrays
         torque = arrays["torque"][:, rows].any(axis=0)
-        if not self._turn and not torque.any():
+        need, need_spin = self._readers
+        if not (torque.any() or self.twists.any() or need.any() or need_spin.any()):
             return np.zeros((1, len(rows)))
         inertia = arrays["inertia"][:, rows]
         spins = arrays["angular_velocity"][:, rows].any(axis=0)
         uneven = (inertia[0] != inertia[1]) | (inertia[1] != inertia[2])
-        needed = spins & (self._need[rows] | (self._need_spin[rows] & uneven))
+        needed = spins & (need[rows] | (need_spin[rows] & uneven))
         twisted = (inertia[0] > 0.0) & (torque | self.twists[rows])
         return np.where(twisted, 2.0, np.where(needed, 1.0, 0.0))[None]
 

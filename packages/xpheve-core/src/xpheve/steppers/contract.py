@@ -90,10 +90,16 @@ class Sources(Protocol):
 
     twists: NDArray[np.bool_]
     """Which rows of the engine a law turns that has a torque."""
-    reads_turning: bool
-    """Whether a law reads orientation or angular velocity, for all that is known."""
-    turning_pairs: bool
-    """Whether a law between two objects does."""
+
+    @property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        ...
+
+    @property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        ...
 
     def stepped(self, rows: Rows) -> Array:
         """How ``rows`` turn, (1, rows): 2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and
