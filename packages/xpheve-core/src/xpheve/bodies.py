@@ -58,7 +58,16 @@ class Bodies:
         """Volume [m^3] of the shape, by whoever asked for it first; NaN until then, and after a new shape."""
 
     def _plain(self) -> list[NDArray[Any]]:
-        plain = [self.clock, self.turn_clock, self.fixed, self.driven, self.serial, self.version, self.batch, self.local]
+        plain = [
+            self.clock,
+            self.turn_clock,
+            self.fixed,
+            self.driven,
+            self.serial,
+            self.version,
+            self.batch,
+            self.local,
+        ]
         return [*plain, self.volume]
 
     def reserve(self, rows: int) -> None:

@@ -246,9 +246,7 @@ class FieldText:
 
     def _spin_half_way(self, name: str, torque: list[str]) -> None:
         kick = ", ".join(f"{one} * inverse" for one in torque)
-        self.body.append(
-            f"turn_{name} = spin__stretched(turn_q, spin__kicked(turn_m, ({kick}), half), spread)"
-        )
+        self.body.append(f"turn_{name} = spin__stretched(turn_q, spin__kicked(turn_m, ({kick}), half), spread)")
 
     def _torque(self) -> list[str]:
         """Variables that hold the whole torque."""

@@ -24,17 +24,17 @@ from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.stored import StoredForce, StoredForces
+from xpheve.plan.tiers import choose_tier
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
-from xpheve.trace.recorder import trace_law
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
 STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
@@ -189,17 +189,17 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
-        trace = trace_law(law)
+        trace = formula_of(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
-        trace = trace_law(law)
+        trace = formula_of(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
-        trace = trace_law(law)
+        trace = formula_of(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
             for batch in self.batches

@@ -42,7 +42,8 @@ class Midpoint(FlightStepper):
 
     Drift-kick-drift (Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4 and II.5): symplectic for forces of position alone;
     for forces of velocity the kick is by the midpoint rule; stored forces act exactly; torques kick between two halves of free rotation
-    (`xpheve.kernels.spin`). Rotation that no torque changes and no law needs along the way stays in closed form. Second order. With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
+    (`xpheve.kernels.spin`). Rotation that no torque changes and no law needs along the way stays in closed form. Second order.
+    With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
     Places, velocities and work are compensated sums (`xpheve.loop.fields`).
     """
 
@@ -204,7 +205,9 @@ class Midpoint(FlightStepper):
         if not found["stepped"].any():
             return found
         stepped = np.flatnonzero(before[0])
-        for name, values in zip(("orientation", "angular_velocity"), self._flown(state, bodies, t, stepped, which), strict=True):
+        for name, values in zip(
+            ("orientation", "angular_velocity"), self._flown(state, bodies, t, stepped, which), strict=True
+        ):
             found[name][:, stepped] = values
         places = np.arange(state.count)[which]
         for k in np.flatnonzero((found["stepped"][0] > 0.0) & (before[0] == 0.0)).tolist():
@@ -213,7 +216,12 @@ class Midpoint(FlightStepper):
         return found
 
     def _flown(
-        self, state: FlightState, bodies: Bodies, t: Instant, places: Rows | Sequence[int], which: slice | Rows = slice(None)
+        self,
+        state: FlightState,
+        bodies: Bodies,
+        t: Instant,
+        places: Rows | Sequence[int],
+        which: slice | Rows = slice(None),
     ) -> tuple[Array, Array]:
         """Orientations and angular velocities at ``t`` of the rows at ``places`` (of ``which``), whose rotation is stepped."""
         rows, torque = state.rows[which][places], state.arrays["torque"][:, which][:, places]
@@ -327,9 +335,7 @@ class _Step:
         working = self.sources.working
         return begin | {"acceleration": stored + force / mass, "torque": torque + twist, "working": working}
 
-    def _middle(
-        self, t: Instant, begin: dict[str, Array], rows: Rows, torque: Array, half: float
-    ) -> dict[str, Array]:
+    def _middle(self, t: Instant, begin: dict[str, Array], rows: Rows, torque: Array, half: float) -> dict[str, Array]:
         # Of stored forces too only what the middle needs: so a body at rest or at its terminal speed stays there exactly.
         middle = {"position": begin["position"] + half * begin["velocity"], "velocity": begin["velocity"]}
         middle |= {name: begin[name].copy() for name in ("orientation", "angular_velocity")}
