@@ -37,7 +37,7 @@ def derivative(graph: Graph, node: Node, wrt: Node) -> Node:
 
 def derivatives(graph: Graph, nodes: Sequence[Node], wrt: Node) -> list[Node]:
     """The derivatives of all ``nodes`` with respect to ``wrt``, in one pass."""
-    with _unchecked(graph):
+    with unchecked(graph):
         rules = _Rules(graph)
         found: dict[int, Node] = {wrt.index: graph.const(1.0)}
         for one in walk(nodes):
@@ -100,7 +100,7 @@ def _column(graph: Graph, nodes: Sequence[Node], wrt: Node | None) -> list[Node]
 
 
 @contextmanager
-def _unchecked(graph: Graph) -> Iterator[None]:
+def unchecked(graph: Graph) -> Iterator[None]:
     """No dimension is checked inside: derivatives of formulas that were checked are in order."""
     before, graph.check_dimensions = graph.check_dimensions, False
     try:
