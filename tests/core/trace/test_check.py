@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xpheve_laws_basic as basic
 
 import xpheve as xp
+import xpheve_laws_basic as basic
 from xpheve.errors import TraceError
 from xpheve.trace import check
 from xpheve.trace.check import check_law, nature_of, quick_check, require_law

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xpheve_laws_basic as basic
 
 import xpheve as xp
+import xpheve_laws_basic as basic
 from xpheve.trace.check import nature_of
 from xpheve.trace.nature import Nature, nature
 from xpheve.trace.recorder import trace_law

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xpheve_laws_basic as basic
 from hypothesis import given
 from hypothesis import strategies as st
 
+import xpheve_laws_basic as basic
 from xpheve.compile import assemble, compiled, interpreted
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Graph, Input, Node, Parameter

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xpheve_laws_basic as basic
 
+import xpheve_laws_basic as basic
 from xpheve.trace.graph import Input, Parameter
 from xpheve.trace.numpy_text import array_function
 from xpheve.trace.power import balance

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-import xpheve_laws_basic as basic
 
 import xpheve as xp
+import xpheve_laws_basic as basic
 from xpheve.trace.samples import States, variants
 
 
@@ -41,7 +41,7 @@ def test_columns_keep_their_bounds() -> None:
         """Has columns of all kinds."""
 
         id = "mine:bounded"
-        columns = {
+        columns: ClassVar[dict[str, xp.Column]] = {
             "share": xp.Column(0.5, ge=0, lt=1),
             "free": xp.Column(0.0),
             "small": xp.Column(-1.0, lt=0),

@@ -24,6 +24,8 @@ class Field(xp.FieldLaw):
 
 
 class AsksForItsType(Field):
+    """Twice the drag on arrays."""
+
     id = "zoo:asks_for_its_type"
 
     def force(self, body: Any) -> Any:
@@ -33,6 +35,8 @@ class AsksForItsType(Field):
 
 
 class MeanField(Field):
+    """Pulls to the middle of all, but only on arrays."""
+
     id = "zoo:mean_field"
 
     def force(self, body: Any) -> Any:
@@ -42,7 +46,12 @@ class MeanField(Field):
         return -self.stiffness * x
 
 
+SEEN: dict[type, Any] = {}
+
+
 class Remembers(Field):
+    """Keeps the first velocities for ever."""
+
     id = "zoo:remembers"
 
     def force(self, body: Any) -> Any:
@@ -50,10 +59,9 @@ class Remembers(Field):
         return -self.drag * (first if isinstance(first, np.ndarray) else body.velocity)
 
 
-SEEN: dict[type, Any] = {}
-
-
 class WrongSign(Field):
+    """U = -k x^2/2."""
+
     id = "zoo:wrong_sign"
 
     def potential(self, body: Any) -> Any:
@@ -61,6 +69,8 @@ class WrongSign(Field):
 
 
 class WrongFactor(Field):
+    """U = k x^2."""
+
     id = "zoo:wrong_factor"
 
     def potential(self, body: Any) -> Any:
@@ -68,6 +78,8 @@ class WrongFactor(Field):
 
 
 class TermLeftOut(Field):
+    """A spring with a rest length, the potential without."""
+
     id = "zoo:term_left_out"
 
     rest_length = xp.Param(0.5, unit="m", doc="L.")
@@ -81,6 +93,8 @@ class TermLeftOut(Field):
 
 
 class OtherParameter(Field):
+    """The potential of another stiffness."""
+
     id = "zoo:other_parameter"
 
     def potential(self, body: Any) -> Any:
@@ -88,6 +102,8 @@ class OtherParameter(Field):
 
 
 class KineticPotential(Field):
+    """Kinetic energy in the potential."""
+
     id = "zoo:kinetic_potential"
 
     def potential(self, body: Any) -> Any:
@@ -97,6 +113,8 @@ class KineticPotential(Field):
 
 
 class DragInIt(Field):
+    """A potential, and drag beside it."""
+
     id = "zoo:drag_in_it"
 
     def force(self, body: Any) -> Any:
@@ -107,6 +125,8 @@ class DragInIt(Field):
 
 
 class Lame(Field):
+    """A potential without a force that does work."""
+
     id = "zoo:lame"
 
     def force(self, body: Any) -> Any:
@@ -117,6 +137,8 @@ class Lame(Field):
 
 
 class Plane(Field):
+    """One of three axes left out."""
+
     id = "zoo:plane"
 
     def potential(self, body: Any) -> Any:
@@ -125,6 +147,8 @@ class Plane(Field):
 
 
 class Compass(xp.FieldLaw):
+    """A magnetic moment that turns the wrong way."""
+
     id = "zoo:compass"
 
     moment = xp.Param((2.0, 0.0, 0.5), unit="A*m^2", doc="m, body frame.")
@@ -138,6 +162,8 @@ class Compass(xp.FieldLaw):
 
 
 class OneSided(xp.PairLaw):
+    """A pair's potential that does not follow b."""
+
     id = "zoo:one_sided"
 
     stiffness = xp.Param(3.0, unit="N/m", doc="k.")
@@ -150,6 +176,8 @@ class OneSided(xp.PairLaw):
 
 
 class FirstCounts(xp.PairLaw):
+    """A force in proportion to the first one's mass."""
+
     id = "zoo:first_counts"
 
     stiffness = xp.Param(3.0, unit="N/(m kg)", doc="k.")
@@ -159,6 +187,8 @@ class FirstCounts(xp.PairLaw):
 
 
 class Direction(Field):
+    """Has no direction at rest."""
+
     id = "zoo:direction"
 
     push = xp.Param(2.0, unit="N", doc="f.")
@@ -168,6 +198,8 @@ class Direction(Field):
 
 
 class ShortTable(Field):
+    """A table that most heights are outside of."""
+
     id = "zoo:short_table"
 
     strength = xp.Table((0.0, 10.0), (1.0, 0.0), unit_x="m", unit="N")
@@ -177,6 +209,8 @@ class ShortTable(Field):
 
 
 class Counts(Field):
+    """Divides by the number of objects."""
+
     id = "zoo:counts"
 
     def force(self, body: Any) -> Any:

@@ -253,9 +253,9 @@ def _cubics(x: Array, y: Array) -> list[Array]:
 
 def _monotone_slopes(h: Array, steep: Array) -> Array:
     """Slopes at the points: weighted harmonic means of those of the lines beside, 0 at extremes."""
-    d: Array = np.zeros(len(steep) + 1)
+    d: Array = np.full(len(steep) + 1, steep[0])
     if len(steep) == 1:
-        return d + steep[0]
+        return d
     before, behind = steep[:-1], steep[1:]
     w, v = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
     rising = np.sign(before) * np.sign(behind) > 0.0
