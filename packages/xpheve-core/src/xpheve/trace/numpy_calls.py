@@ -162,7 +162,7 @@ def call_function(recording: Recording, function: Any, args: Sequence[Any], opti
         module = str(getattr(function, "__module__", "numpy")).replace("numpy", "np", 1)
         _unsupported(recording, f"{module}.{function.__name__}")
     try:
-        return made(recording, *args, **options)  # type: ignore[misc]
+        return made(recording, *args, **options)
     except TypeError as error:
         recording.refuse(f"np.{function.__name__}: {error}")
 

@@ -262,7 +262,7 @@ class Traced:
             )
 
     def _in_place(self, found: Traced) -> Traced:
-        """This value, now ``found``, and with it all that share its memory."""
+        """Make it ``found``, and with it all that share its memory."""
         if self.form == NUMBER:  # numbers do not change in Python
             return found
         self._unlocked()
@@ -506,7 +506,8 @@ def coerced(recording: Recording, value: Any) -> Traced:
     if isinstance(value, Traced):
         return value
     if isinstance(value, (bool, np.bool_)):
-        return Traced(recording, [recording.graph.const(float(value))], NUMBER)
+        nothing = recording.graph.const(0.0)
+        return Traced(recording, [recording.op("==" if value else "!=", nothing, nothing)], NUMBER)
     if isinstance(value, (int, float, np.integer, np.floating)):
         return Traced(recording, [recording.graph.const(float(value))], NUMBER)
     if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
@@ -558,9 +559,17 @@ def together(recording: Recording, parts: Sequence[Traced], into: Form | None = 
     return found
 
 
+OF_TRUTHS: dict[Any, str] = {"+": "or", "*": "and", "max": "or", "min": "and", "abs": "", "-": "", "neg": ""}
+"""What NumPy makes of operations between truths."""
+
+
 def elementwise(recording: Recording, op: str | Make, *values: Any) -> Traced:
-    """``op`` component by component, after broadcasting; truths count as 1 and 0."""
+    """``op`` component by component, after broadcasting; truths count as 1 and 0, but among themselves as in NumPy."""
     parts = [coerced(recording, value) for value in values]
+    if op in OF_TRUTHS and all(part.is_truth for part in parts):
+        if op in ("-", "neg"):
+            recording.refuse("a difference of truths: write ~p for `not p`, and p ^ q for one of two")
+        return logical(recording, OF_TRUTHS[op], *parts) if len(parts) > 1 else parts[0]
     form = together(recording, parts)
     make: Make = op if callable(op) else partial(recording.op, op)
     columns = [[recording.number(node) for node in part.spread(form.width or 1)] for part in parts]
