@@ -71,9 +71,13 @@ class _Library:
         self.read: dict[str, _File] = {}
         for name, path in self.files.items():
             if not name.isidentifier() or MARK in name or name.startswith("_"):
-                raise CompileError(f"kernel file {path}: {name!r} cannot be its name; a plain word is needed, such as 'lift'")
+                raise CompileError(
+                    f"kernel file {path}: {name!r} cannot be its name; a plain word is needed, such as 'lift'"
+                )
             if os.path.isfile(os.path.join(CORE, f"{name}.py")):
-                raise CompileError(f"kernel file {path}: the name {name!r} is that of xpheve.kernels.{name}; rename the file")
+                raise CompileError(
+                    f"kernel file {path}: the name {name!r} is that of xpheve.kernels.{name}; rename the file"
+                )
 
     def has(self, name: str) -> bool:
         return name in self.files or os.path.isfile(os.path.join(CORE, f"{name}.py"))
@@ -92,9 +96,13 @@ def _parsed(name: str, path: str, own: bool) -> _File:
         with open(path, encoding="utf-8") as source:
             tree = ast.parse(source.read(), path)
     except (OSError, ValueError) as wrong:
-        raise CompileError(f"kernel file {path}: it cannot be read ({wrong}); name a Python file of plain functions") from wrong
+        raise CompileError(
+            f"kernel file {path}: it cannot be read ({wrong}); name a Python file of plain functions"
+        ) from wrong
     except SyntaxError as wrong:
-        raise CompileError(f"kernel file {path}:{wrong.lineno}: it is not Python ({wrong.msg}); mend that line") from wrong
+        raise CompileError(
+            f"kernel file {path}:{wrong.lineno}: it is not Python ({wrong.msg}); mend that line"
+        ) from wrong
     for statement in tree.body:
         if isinstance(statement, ast.FunctionDef):
             file.defines[statement.name] = statement
@@ -106,7 +114,9 @@ def _parsed(name: str, path: str, own: bool) -> _File:
         elif isinstance(statement, ast.Import | ast.ImportFrom):
             _take_import(file, statement, own)
         elif not (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)):
-            raise file.wrong(statement, "only imports, constants and functions belong here; move this statement into a function")
+            raise file.wrong(
+                statement, "only imports, constants and functions belong here; move this statement into a function"
+            )
     return file
 
 
@@ -124,7 +134,9 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool)
         strangers = statement.names
     for alias in strangers:
         if not own:
-            module = alias.name if isinstance(statement, ast.Import) else "." * statement.level + (statement.module or "")
+            module = (
+                alias.name if isinstance(statement, ast.Import) else "." * statement.level + (statement.module or "")
+            )
             raise file.wrong(
                 statement,
                 f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels: "
@@ -196,7 +208,9 @@ class _Clean(ast.NodeTransformer):
         arguments = node.args
         if arguments.vararg or arguments.kwarg or arguments.kwonlyargs:
             raise self.wrong(node, f"{node.name!r} takes *, ** or keyword-only arguments; give it plain ones")
-        self.local = {part.id for part in ast.walk(node) if isinstance(part, ast.Name) and not isinstance(part.ctx, ast.Load)}
+        self.local = {
+            part.id for part in ast.walk(node) if isinstance(part, ast.Name) and not isinstance(part.ctx, ast.Load)
+        }
         for argument in [*arguments.posonlyargs, *arguments.args]:
             self.local.add(argument.arg)
             argument.annotation = None
@@ -215,7 +229,10 @@ class _Clean(ast.NodeTransformer):
         for part in ast.walk(function):
             inner = isinstance(part, ast.FunctionDef) and part is not function
             if inner or isinstance(part, ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda | ast.Global | ast.Nonlocal):
-                raise self.wrong(part, "a kernel function holds no function, class, lambda or global; write it at the top of the file")
+                raise self.wrong(
+                    part,
+                    "a kernel function holds no function, class, lambda or global; write it at the top of the file",
+                )
             if isinstance(part, ast.Import | ast.ImportFrom | ast.Yield | ast.YieldFrom | ast.Await | ast.With):
                 raise self.wrong(part, "a kernel function only calculates; no import, yield or with")
 
@@ -225,7 +242,8 @@ class _Clean(ast.NodeTransformer):
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         if node.value is None:
             return ast.Pass()
-        return self.visit(ast.Assign([node.target], node.value, lineno=node.lineno))
+        plain: ast.AST = self.visit(ast.Assign([node.target], node.value, lineno=node.lineno))
+        return plain
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         name = node.id
@@ -240,5 +258,8 @@ class _Clean(ast.NodeTransformer):
             self.used.append((node, name))
             node.id = MARK.join(self.file.imports[name])
         elif name in self.file.strangers or not (name == "math" or hasattr(builtins, name)):
-            raise self.wrong(node, f"the name {name!r} means nothing in a kernel; define it in this file or import it from xpheve.kernels")
+            raise self.wrong(
+                node,
+                f"the name {name!r} means nothing in a kernel; define it in this file or import it from xpheve.kernels",
+            )
         return node

@@ -52,7 +52,9 @@ class Kernel:
 class Interpreted(Kernel):
     """The text as Python runs it."""
 
-    def __init__(self, entry: Callable[[list[memoryview], list[memoryview]], int], what: str, key: str, seconds: float) -> None:
+    def __init__(
+        self, entry: Callable[[list[memoryview], list[memoryview]], int], what: str, key: str, seconds: float
+    ) -> None:
         super().__init__(what, key, "interpreted", seconds)
         self._entry = entry
 
@@ -70,7 +72,9 @@ class Interpreted(Kernel):
 class Compiled(Kernel):
     """The text as the machine runs it. The code takes pointers: of its result, of what went wrong, of both tables of arrays."""
 
-    def __init__(self, address: int, what: str, key: str, origin: str, seconds: float, path: str = "", owner: object = None) -> None:
+    def __init__(
+        self, address: int, what: str, key: str, origin: str, seconds: float, path: str = "", owner: object = None
+    ) -> None:
         super().__init__(what, key, origin, seconds, path)
         self._call = _Entry(address)
         self._owner = owner  # whoever frees the code when it is let go
@@ -89,13 +93,20 @@ class Compiled(Kernel):
     def _error(self, failure: int | None) -> Exception:
         """Return what a kernel raised: numba leaves a pickled class and its arguments."""
         try:
-            place, size = ctypes.c_void_p.from_address(failure or 0), ctypes.c_int32.from_address((failure or 0) + ctypes.sizeof(ctypes.c_void_p))
-            raised, arguments, *_ = pickle.loads(ctypes.string_at(place.value or 0, size.value)) if failure else (None, ())
+            place, size = (
+                ctypes.c_void_p.from_address(failure or 0),
+                ctypes.c_int32.from_address((failure or 0) + ctypes.sizeof(ctypes.c_void_p)),
+            )
+            raised, arguments, *_ = (
+                pickle.loads(ctypes.string_at(place.value or 0, size.value)) if failure else (None, ())
+            )
             if isinstance(raised, type) and issubclass(raised, Exception):
                 return raised(*(arguments or ()))
         except Exception:
             pass
-        return CompileError(f"{self.what}: the compiled kernel stopped without saying why; run with compile='never' to see the line")
+        return CompileError(
+            f"{self.what}: the compiled kernel stopped without saying why; run with compile='never' to see the line"
+        )
 
 
 def _same(seen: list[Any], arrays: Sequence[Array]) -> bool:
@@ -119,7 +130,13 @@ def _addresses(name: str, formats: str, arrays: Sequence[Array]) -> list[int]:
             kind, flags = array.dtype, array.flags
         except AttributeError:
             raise _unfit(name, k, array) from None
-        if kind.char not in formats or kind.itemsize != 8 or not kind.isnative or array.ndim != 1 or not flags.c_contiguous:
+        if (
+            kind.char not in formats
+            or kind.itemsize != 8
+            or not kind.isnative
+            or array.ndim != 1
+            or not flags.c_contiguous
+        ):
             raise _unfit(name, k, array)
         found.append(ctypes.addressof(_Nothing.from_buffer(array)) if flags.writeable else array.ctypes.data)
     return found

@@ -18,10 +18,31 @@ LIBM = (
 )  # fmt: skip
 """Functions that Python's ``math`` takes from the C library, so that ours are the same to the bit."""
 SPECIAL = ("frexp", "ldexp")
-MADE_BY_LLVM = ("memcpy", "memmove", "memset", "floor", "ceil", "trunc", "rint", "nearbyint", "round", "sqrt", "fmod", "fma", "copysign")
+MADE_BY_LLVM = (
+    "memcpy",
+    "memmove",
+    "memset",
+    "floor",
+    "ceil",
+    "trunc",
+    "rint",
+    "nearbyint",
+    "round",
+    "sqrt",
+    "fmod",
+    "fma",
+    "copysign",
+)
 """What LLVM may call on its own: moves of memory, and exact operations that the processor lacks."""
 
-SETTINGS = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX", "NUMBA_OPT", "NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE")
+SETTINGS = (
+    "NUMBA_CPU_NAME",
+    "NUMBA_CPU_FEATURES",
+    "NUMBA_ENABLE_AVX",
+    "NUMBA_OPT",
+    "NUMBA_LOOP_VECTORIZE",
+    "NUMBA_SLP_VECTORIZE",
+)
 """numba's settings that change the machine's code."""
 
 _lock = threading.Lock()
@@ -39,7 +60,10 @@ def provide_symbols() -> dict[str, int]:
 
     library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     addresses: dict[str, int] = {}
-    for symbol, name in [*((PREFIX + name, name) for name in (*LIBM, *SPECIAL)), *((name, name) for name in MADE_BY_LLVM)]:
+    for symbol, name in [
+        *((PREFIX + name, name) for name in (*LIBM, *SPECIAL)),
+        *((name, name) for name in MADE_BY_LLVM),
+    ]:
         try:
             address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         except AttributeError:  # a C library without it: a kernel that needs it is not loaded
@@ -59,9 +83,10 @@ def missing_symbols(code: bytes) -> set[str]:
 @cache
 def machine() -> dict[str, str]:
     """Return what compiled code depends on besides its text; numba is not imported."""
+    from importlib.metadata import PackageNotFoundError, version
+
     import llvmlite
     import llvmlite.binding as llvm
-    from importlib.metadata import PackageNotFoundError, version
 
     try:
         numba = version("numba")

@@ -84,7 +84,9 @@ def distrust() -> str | None:
     if not stat.S_ISDIR(own.st_mode):
         return f"{place} is not a folder"
     if not _users_own(own) or not _of_user(shown):
-        return f"{place} is not the user's own, or others may write to it; remove it, or name another by XPHEVE_CACHE_DIR"
+        return (
+            f"{place} is not the user's own, or others may write to it; remove it, or name another by XPHEVE_CACHE_DIR"
+        )
     return None
 
 
