@@ -472,6 +472,14 @@ class PushesWithABareNumber(Drag):
         return (body.time > 0.0) * (1.0, 0.0, 0.0)
 
 
+@caught(DimensionError, r"returns m \(length\), not N")
+class PushesWithALength(Drag):
+    push = xp.Constant((0.0, 0.0, 1.0), unit="m")
+
+    def force(self, body: Any) -> Any:
+        return self.push
+
+
 # Slips of Python
 
 

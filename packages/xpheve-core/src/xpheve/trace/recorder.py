@@ -210,7 +210,7 @@ def _described(values: Traced) -> str:
 def _check_dimension(recording: Recording, nodes: Sequence[Node], wanted: Dimension, unit: str) -> None:
     """Raise `DimensionError` unless ``nodes`` are in ``unit``. A plain number of the text is taken to be in it."""
     for node in nodes:
-        if node.op == "const" or node.dim is None or equal(node.dim, wanted):
+        if node.dim is None or equal(node.dim, wanted) or (node.op == "const" and equal(node.dim, NONE)):
             continue
         called = name_of(tuple(round(one, 9) for one in node.dim))
         text = f"{recording.where} returns {show(node.dim)}{f' ({called})' if called else ''}, not {unit}. {at(node.place)}"
@@ -285,6 +285,11 @@ def _essence(node: Node) -> tuple[Any, ...]:
 
 def _chance() -> tuple[Any, ...]:
     """States of the random generators that all modules share."""
-    numpy_random = sys.modules.get("numpy.random.mtrand")
-    legacy = numpy_random._rand._bit_generator.state["state"] if numpy_random is not None else {}
-    return random.getstate(), legacy.get("pos"), bytes(memoryview(legacy.get("key", b"")))
+    found: tuple[Any, ...] = (random.getstate(),)
+    if "numpy.random" in sys.modules:
+        state = np.random.get_state(legacy=False)  # noqa: NPY002
+        words = {
+            name: value.tobytes() if isinstance(value, np.ndarray) else value for name, value in state["state"].items()
+        }
+        found += (words, state.get("has_gauss"))
+    return found
