@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -159,67 +158,6 @@ def test_text_switches_and_none_choose_the_formula(given: dict[str, Any]) -> Non
     np.testing.assert_array_equal(np.stack(numbers_of(law, list(trace.force), 1), axis=1), expected)
 
 
-class Base(xp.FieldLaw):
-    """Methods and properties of all kinds."""
-
-    id = "test:base"
-    b = xp.Param(2.0, unit="kg/s")
-    wind = xp.Param((1.0, 2.0, 2.0), unit="m/s")
-    limit = xp.Constant(4.0, unit="m/s")
-    axis = xp.Constant((0.0, 3.0, 4.0))
-
-    def force(self, body: Any) -> Any:
-        return -self.b * (body.velocity - self.wind)
-
-    @property
-    def unit_axis(self) -> Any:
-        return self.axis / self.axis.norm()
-
-    @cached_property
-    def slow(self) -> Any:
-        return self.wind.norm() / self.limit
-
-    @staticmethod
-    def squared(value: Any) -> Any:
-        return value * value
-
-    @classmethod
-    def halved(cls, value: Any) -> Any:
-        return 0.5 * value if cls.label() else value
-
-
-class Child(Base):
-    """Reaches its parent by super()."""
-
-    id = "test:child"
-
-    def force(self, body: Any) -> Any:
-        extra = self.parameters["b"] * self.limit * self.unit_axis * self.squared(self.slow)
-        assert isinstance(self, Child)
-        return self.halved(super().force(body)) + extra
-
-
-def test_methods_properties_constants_and_super_run_on_the_shadow() -> None:
-    law = Child(b=3.0)
-    trace = trace_law(law)
-    assert trace is not None and trace.force is not None
-    v = state(1)["velocity"]
-    expected = -1.5 * (v - (1.0, 2.0, 2.0)) + 3.0 * 4.0 * np.array((0.0, 0.6, 0.8)) * 0.75**2
-    np.testing.assert_allclose(np.stack(numbers_of(law, list(trace.force), 1), axis=1), expected, rtol=1e-15)
-    np.testing.assert_allclose(as_arrays(law).force(*views(law, 1).values()), expected, rtol=1e-15)
-
-
-def test_vectors_of_parameters_are_vectors_in_numpy_too() -> None:
-    law = Base()
-    arrays = as_arrays(law)
-    assert law.wind == (1.0, 2.0, 2.0), "for users it stays a tuple"
-    assert float(arrays.wind.norm()[0]) == 3.0 and arrays.wind[1] == 2.0 and float(arrays.wind.z[0]) == 2.0
-    with pytest.raises(ValueError, match="read-only"):
-        arrays.wind += 1.0
-    drag = basic.LinearDrag()
-    assert as_arrays(drag) is drag
-
-
 class Loaded(xp.FieldLaw):
     """Reads a column of another law."""
 
@@ -285,7 +223,7 @@ def test_laws_that_are_not_traced_say_why() -> None:
     assert trace_law(Applied()) is None and "apply" in why_untraced(Applied())
     assert trace_law(ByKernel()) is None and "my_pack.kernels.drag" in why_untraced(ByKernel())
     assert "called in Python" in why_untraced(xp.PhysicalLaw())
-    assert why_untraced(Base()) == ""
+    assert why_untraced(basic.Wind()) == ""
 
 
 def test_a_law_that_failed_is_read_anew() -> None:
