@@ -160,9 +160,7 @@ def machine_code(text: str, what: str) -> Machine:
     result = entry.overloads[pointers]
     library, symbol = result.library, result.fndesc.llvm_func_name
 
-    def address() -> int:
-        kept = entry  # as long as this is at hand the code is
-        assert kept is not None
+    def address() -> int:  # numba frees the code with its library, which this function holds
         return int(library.codegen._engine._ee.get_function_address(symbol))
 
     return Machine(bytes(library._get_compiled_object()), symbol, address)
