@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from xpheve.errors import PotentialError, TraceError
 from xpheve.laws import ContinuousLaw
-from xpheve.trace.derivative import gradient, inputs_of, jacobian
+from xpheve.trace.derivative import gradient, inputs_of, jacobian, unchecked
 from xpheve.trace.graph import COMPARISONS, LOGIC, Input, Node, walk
 from xpheve.trace.law_trace import LawTrace
 from xpheve.trace.nature import MOVING, Nature, nature
 from xpheve.trace.numpy_text import GraphFunction, array_function, scalar_function
-from xpheve.trace.power import balance
+from xpheve.trace.power import balance, reads_orientation
 from xpheve.trace.recorder import trace_law, why_untraced
 from xpheve.trace.samples import LENGTHS_TO_TRY, SEED, Array, States, parameters_of, variants
 from xpheve.trace.shadow import as_arrays
@@ -29,6 +29,7 @@ from xpheve.trace.shadow import as_arrays
 TOLERANCE = 1e-12  # of the size of the terms: rounding, of formulas written in another order
 OWN_ERROR = 1e-13  # by which all that is read is moved, to see what rounding may do to a result
 POWER_TOLERANCE = 1e-9  # of the size of the terms: exact formulas, of which both are rounded
+SMALLEST = 1e-322  # what a number near the least float is off by
 EXACT = frozenset(
     (
         "const",
@@ -56,10 +57,12 @@ EXACT = frozenset(
 class Finding:
     """Something that is wrong with a law, or worth a remark.
 
-    ``kind`` is "values", "text", "jacobian", "potential", "finite" or "order"; ``error`` is None for a remark.
+    ``kind`` is "values", "text", "jacobian", "potential", "finite" or "order"; ``method`` is "force", "torque" or "potential"; ``error`` is
+    None for a remark.
     """
 
     kind: str
+    method: str
     message: str
     error: type[TraceError] | None = TraceError
 
@@ -85,16 +88,16 @@ def check_law(law: ContinuousLaw, samples: int = 24, *, trace: LawTrace | None =
     if trace is None:
         return [
             Finding(
-                "values", f"{law.label()}: is not traced, so its numbers are not checked: {why_untraced(law)}", None
+                "values", "", f"{law.label()} is not traced, so its numbers are not checked: {why_untraced(law)}", None
             )
         ]
-    found: dict[tuple[str, str], Finding] = {}
+    found: dict[tuple[str, str, bool], Finding] = {}
     functions = Functions(trace)
     for number, one in enumerate(variants(law, 4)):
         trial = Trial(one, functions, max(6, samples // 4), SEED + number)
         for check in (values, order, texts, potential, jacobians, finite):
             for finding in check(trial):
-                found.setdefault((finding.kind, finding.message.partition(":")[0]), finding)
+                found.setdefault((finding.kind, finding.method, finding.error is None), finding)
     return list(found.values())
 
 
@@ -128,9 +131,10 @@ def nature_of(law: ContinuousLaw, trace: LawTrace | None = None) -> Nature | Non
         return None
     functions = Functions(trace)
     trials = [Trial(one, functions, 6, SEED + number) for number, one in enumerate(variants(law, 3))]
-    if trace.potential is not None:
-        return nature(trace, potential_matches=not any(finding.error for one in trials for finding in potential(one)))
-    return nature(trace, workless=all(map(_does_no_work, trials)))
+    idle = all(map(_does_no_work, trials))
+    if trace.potential is None:
+        return nature(trace, workless=idle)
+    return nature(trace, potential_matches=idle and not any(one.error for trial in trials for one in potential(trial)))
 
 
 def _raise(findings: Sequence[Finding] | Iterator[Finding]) -> None:
@@ -144,10 +148,11 @@ class Functions:
 
     def __init__(self, trace: LawTrace) -> None:
         self.trace = trace
-        self.balance = balance(trace)
-        both = trace.graph.op("+", self.balance.power, self.balance.rate)
+        found = self.balance = balance(trace)
+        with unchecked(trace.graph):
+            both = trace.graph.op("+", found.power, found.rate)
         self.outputs = [*trace.motion, *([trace.potential] if trace.potential is not None else [])]
-        self.energy = [self.balance.power, self.balance.rate, self.balance.size, both]
+        self.energy = [found.power, found.rate, found.size, both, found.turning, found.turning_size]
         self.main = array_function([*self.outputs, *self.energy])
         self.place = {node.index: k for k, node in enumerate([*self.outputs, *self.energy])}
         self._others: dict[tuple[int, ...], GraphFunction] = {}
@@ -214,10 +219,12 @@ class Trial:
         """State ``row`` in words: what ``nodes`` read, and the parameters where they are not the law's defaults."""
         read = {(one.side, one.name) for one in _inputs(nodes)}
         first = [("", "time")] if ("", "time") in read else []
-        ordered = sorted(read - {("", "time")}, key=lambda key: (key[1] not in MOVING, key[0], key[1]))
+        rank = {name: k for k, name in enumerate(MOVING)}
+        ordered = sorted(read - {("", "time")}, key=lambda key: (rank.get(key[1], len(rank)), key[1], key[0]))
         said = self.states.describe(row, ordered + first)
-        numbers = [f"{one.name} {value!r}" for one, value in self.parameters.items() if self._is_odd(one.name)]
-        return ", ".join(part for part in (said, *dict.fromkeys(numbers)) if part) or "any state"
+        names = dict.fromkeys(one.name for one in self.parameters if self._is_odd(one.name))
+        with_these = ", ".join(f"{name}={_number(self.law.parameters[name])}" for name in names)
+        return f"{said or 'any state'}{f' with {with_these}' if with_these else ''}"
 
     def _is_odd(self, name: str) -> bool:
         return bool(self.law.parameters[name] != self.law.params[name].default)
@@ -252,13 +259,16 @@ def values(trial: Trial) -> Iterator[Finding]:
     """What was traced against the method, called with arrays."""
     states, label = trial.states, trial.trace.label
     for method, nodes in _outputs(trial.trace).items():
+        doing = "with arrays"
         try:
             called = _call(trial.law, method, states)
+            doing = "again, with other objects,"
             turned = _call(trial.law, method, states, list(range(states.count))[::-1][:-1])
         except Exception as error:
             yield Finding(
                 "values",
-                f"{label}.{method}: called with arrays it raised {type(error).__name__}: {error}. It keeps something of an earlier call, "
+                method,
+                f"{label}.{method}: called {doing} it raised {type(error).__name__}: {error}. It keeps something of an earlier call, "
                 "or does what arrays cannot",
             )
             continue
@@ -269,6 +279,7 @@ def values(trial: Trial) -> Iterator[Finding]:
             row = int(bad[0])
             yield Finding(
                 "values",
+                method,
                 f"{label}.{method}: called with arrays it gives {_shown(called[row])}, but its expression {_shown(traced[row])}, at "
                 f"{trial.where(row, nodes)}: it does something that no expression says, such as isinstance on a value, "
                 "keeping an array of an earlier call, or asking how many objects there are",
@@ -279,7 +290,8 @@ def values(trial: Trial) -> Iterator[Finding]:
             row = int(bad[0]) + 1
             yield Finding(
                 "values",
-                f"{label}.{method}: gives {_shown(called[row])}, and {_shown(turned[::-1][row - 1])} when the same objects come in another "
+                method,
+                f"{label}.{method} gives {_shown(called[row])}, and {_shown(turned[::-1][row - 1])} when the same objects come in another "
                 f"order and number, at {trial.where(row, nodes)}: each object's value may depend on nothing but its own",
             )
 
@@ -314,6 +326,7 @@ def order(trial: Trial) -> Iterator[Finding]:
         row = int(bad[0])
         yield Finding(
             "order",
+            "force",
             f"{trace.label}.force: on a it is {_shown(here[row])}, but {_shown(-there[row])} if a and b change places, at "
             f"{trial.where(row, trace.force)}: what happens depends on which of two objects was added first. "
             "Write it of both alike, or map it with between=(these, those)",
@@ -338,12 +351,13 @@ def texts(trial: Trial) -> Iterator[Finding]:
         )
         whole = trial.evaluate(nodes).T
         exact = all(node.op in EXACT for node in walk(nodes))
-        room = np.zeros_like(whole) if exact else trial.room(nodes).T + 1e-15 * np.abs(whole)
+        room = np.zeros_like(whole) if exact else trial.room(nodes).T + 1e-13 * np.abs(whole)
         bad = _rows_that_differ(alone, whole, room)
         if len(bad):
             row = int(bad[0])
             yield Finding(
                 "text",
+                method,
                 f"{trial.trace.label}.{method}: one object at a time it is {_shown(alone[row])}, over arrays {_shown(whole[row])}, at "
                 f"{trial.where(row, nodes)}: a fault of xPheve, please report it with the law",
             )
@@ -361,14 +375,17 @@ def potential(trial: Trial) -> Iterator[Finding]:
     for name in sorted(read & {"velocity", "angular_velocity"}):
         yield Finding(
             "potential",
-            f"{label}.potential: reads {name.replace('_', ' ')}, but a potential is an energy of places. Leave it out: the work of the law is "
+            "potential",
+            f"{label}.potential reads {name.replace('_', ' ')}, but a potential is an energy of places. Leave it out: the work of the law is "
             "then reported",
             PotentialError,
         )
         return
     if "time" in read:
-        yield Finding("potential", f"{label}.potential: reads time, so that energy is not kept along the way", None)
-    power, rate, size, both = trial.evaluate(trial.functions.energy)
+        yield Finding(
+            "potential", "potential", f"{label}.potential reads time, so that energy is not kept along the way", None
+        )
+    power, rate, size, both = trial.evaluate(trial.functions.energy)[:4]
     room = trial.room(trial.functions.energy)[3] + POWER_TOLERANCE * size
     with np.errstate(all="ignore"):
         bad = np.flatnonzero(np.abs(both) > room)
@@ -377,16 +394,24 @@ def potential(trial: Trial) -> Iterator[Finding]:
     row = int(bad[np.argmax(np.abs(both)[bad] / size[bad])])
     yield Finding(
         "potential",
-        f"{label}.potential: does not match force: at {trial.where(row, [*trace.motion, trace.potential, *_moving(trace)])} the power is "
+        "potential",
+        f"{label}.potential does not match force: at {trial.where(row, _concerned(trace))} the power is "
         f"{power[row]:.6g} W, so that the potential should change by {-power[row] + 0.0:.6g} J/s, but it changes by {rate[row]:.6g} J/s: the force "
         f"is not -dU/dx. {_why(trial, power, rate, size, room)}",
         PotentialError,
     )
 
 
-def _moving(trace: LawTrace) -> list[Node]:
+def _concerned(trace: LawTrace) -> list[Node]:
+    """What the balance of energy is about: force, potential and the motion, with torque and spin if the potential follows them."""
+    assert trace.potential is not None
+    turns = reads_orientation(trace.potential)
+    moves = trace.force is not None or "position" in _names([trace.potential])
+    names = [*(["velocity"] if moves else []), *(["angular_velocity"] if turns else [])]
     sides = ("a", "b") if trace.pair else ("",)
-    return [node for side in sides for node in inputs_of(trace.graph, "velocity", side) if node is not None]
+    inputs = [node for side in sides for name in names for node in inputs_of(trace.graph, name, side)]
+    moving = [node for node in inputs if node is not None]
+    return [*(trace.force or ()), *((trace.torque or ()) if turns else ()), trace.potential, *moving]
 
 
 def _why(trial: Trial, power: Array, rate: Array, size: Array, room: Array) -> str:
@@ -397,9 +422,10 @@ def _why(trial: Trial, power: Array, rate: Array, size: Array, room: Array) -> s
     if (np.abs(power[moving]) <= 1e-9 * size[moving]).all():
         return "The force does no work at all: it lacks what the potential says, or the potential should be left out"
     if trial.trace.pair:
-        rows = np.flatnonzero(moving & (np.abs(power + rate) > room)).tolist()
+        wrong = np.abs(power + rate) > room
         for side, other in (("a", "b"), ("b", "a")):
-            if all(trial.states.at_rest(row, side) for row in rows):
+            alone = [row for row in np.flatnonzero(moving).tolist() if trial.states.at_rest(row, other)]
+            if alone and not wrong[alone].any():
                 return f"It is right for {side}, not for {other}: when {other} moves, it must change as if {side} had moved the other way"
     with np.errstate(all="ignore"):
         ratio = (-rate / power)[moving & (np.abs(power) > 1e-6 * size)]
@@ -414,7 +440,10 @@ def _why(trial: Trial, power: Array, rate: Array, size: Array, room: Array) -> s
 
 
 def _does_no_work(trial: Trial) -> bool:
-    power, _, size, _ = trial.evaluate(trial.functions.energy)
+    """Whether a law without potential, or what the potential leaves out, has no power."""
+    power, _, size, _, turning, turning_size = trial.evaluate(trial.functions.energy)
+    if trial.trace.potential is not None:
+        power, size = turning, turning_size
     moving = np.isfinite(power) & np.isfinite(size)
     return bool((np.abs(power[moving]) <= 1e-12 * size[moving]).all())
 
@@ -440,11 +469,20 @@ def _derivative_findings(
     states = trial.states
     run = trial.functions.of(nodes)
     inputs = states.inputs(run.inputs)
-    flat = trial.evaluate([one for row in rows for one in row])
-    exact = flat.reshape(len(rows), -1, states.count)  # (outputs, components, count)
+    slopes = trial.functions.of([one for row in rows for one in row])
+
+    def slopes_at(moved: dict[Input, Array]) -> Array:
+        """All slopes, shape (outputs, components, count)."""
+        there = {**states.inputs(slopes.inputs), **moved}
+        found: Array = np.empty((len(slopes.outputs), states.count))
+        for place, one in enumerate(slopes(there, trial.parameters)):
+            found[place] = one
+        return found.reshape(len(rows), -1, states.count)
+
+    exact = slopes_at({})
     length = np.abs(states.array(side, name)).max(axis=1)
     h = 1e-5 * np.where(length > 0.0, length, 1e-3)
-    noise = 1e-2 * trial.room(nodes) / h
+    noise = 1e-2 * trial.room(nodes) / h + SMALLEST / h
     for k in range(exact.shape[1]):
         key = Input(side, name, k)
         if key not in inputs:
@@ -457,12 +495,16 @@ def _derivative_findings(
         with np.errstate(all="ignore"):
             wide, near = (at(h) - at(-h)) / (2 * h), (at(h / 2) - at(-h / 2)) / h
             off = np.abs((4 * near - wide) / 3 - exact[:, k])
-            room = 2 * np.abs(near - wide) + noise + 1e-7 * np.abs(exact).max(axis=(0, 1))
+            # a difference quotient is a mean of the slopes between, so that it may be off by as much as they differ
+            beside = [slopes_at({key: inputs[key] + step}) for step in (h, -h)]
+            span = np.fmax(*(np.abs(one[:, k] - exact[:, k]) for one in beside))
+            room = 2 * np.abs(near - wide) + 2 * span + noise + 1e-7 * np.abs(exact).max(axis=(0, 1))
             bad = np.argwhere(off > room)
         if len(bad):
             i, row = bad[0].tolist()
             yield Finding(
                 "jacobian",
+                method,
                 f"{trial.trace.label}.{method}: its derivative by {side + '.' if side else ''}{name} is {exact[i, k, row]:.9g} [{i}, {k}], but "
                 f"differences give {near[i, row]:.9g}, at {trial.where(row, nodes)}: it jumps there, or this is a fault of xPheve",
             )
@@ -489,9 +531,14 @@ def finite(trial: Trial) -> Iterator[Finding]:
         )  # fmt: skip
         yield Finding(
             "finite",
-            f"{trial.trace.label}.{method}: is {_shown(numbers[row])} at {trial.where(row, nodes)}: {hint}",
+            method,
+            f"{trial.trace.label}.{method} is {_shown(numbers[row])} at {trial.where(row, nodes)}: {hint}",
             None,
         )
+
+
+def _number(value: Any) -> str:
+    return f"({', '.join(f'{one:.6g}' for one in value)})" if isinstance(value, tuple) else f"{value:.6g}"
 
 
 def _shown(row: Any) -> str:

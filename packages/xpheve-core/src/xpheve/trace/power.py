@@ -4,18 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from xpheve.trace.derivative import COMPONENTS, gradient
-from xpheve.trace.graph import Graph, Input, Node
+from xpheve.trace.derivative import COMPONENTS, gradient, is_zero, unchecked
+from xpheve.trace.graph import Graph, Input, Node, walk
 from xpheve.trace.law_trace import LawTrace
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Power F . v + torque . w [W], dU/dt along that motion [J/s], 0 without a potential, and the sum of the sizes of all their terms."""
+    """What a law gives to the motion, and takes from its potential.
+
+    ``power`` [W] is F . v, and torque . w with it unless there is a potential that reads no orientation: that is of the force alone.
+    ``rate`` [J/s] is dU/dt along the motion, 0 without a potential, ``size`` the sum of the sizes of the terms of both. ``turning`` and
+    ``turning_size`` are the same of a torque that ``power`` leaves out.
+    """
 
     power: Node
     rate: Node
     size: Node
+    turning: Node
+    turning_size: Node
 
 
 def balance(trace: LawTrace) -> Balance:
@@ -24,27 +31,37 @@ def balance(trace: LawTrace) -> Balance:
     For a pair the force acts on a, its opposite on b. The potential follows position and, if it reads that, orientation; time is held.
     """
     graph = trace.graph
-    before, graph.check_dimensions = graph.check_dimensions, False
-    try:
+    turns = trace.potential is not None and reads_orientation(trace.potential)
+    with unchecked(graph):
         given: list[Node] = []
         taken: list[Node] = []
+        apart: list[Node] = []
         for side, sign in (("a", 1.0), ("b", -1.0)) if trace.pair else (("", 1.0),):
             velocity, spin = _vector(graph, "velocity", side), _vector(graph, "angular_velocity", side)
-            for what, motion in ((trace.force, velocity), (trace.torque, spin)):
-                for one, rate in zip(what or (), motion, strict=bool(what)):
-                    term = _times(graph, one, rate)
-                    given.append(term if sign > 0.0 else graph.op("neg", term))
+            for one, rate in zip(trace.force or (), velocity, strict=trace.force is not None):
+                term = _times(graph, one, rate)
+                given.append(term if sign > 0.0 or is_zero(term) else graph.op("neg", term))
+            for one, rate in zip(trace.torque or (), spin, strict=trace.torque is not None):
+                (given if turns or trace.potential is None else apart).append(_times(graph, one, rate))
             if trace.potential is not None:
-                for one, rate in zip(gradient(trace, "position", side), velocity, strict=True):
-                    taken.append(_times(graph, one, rate))
-                if any(node.op == "input" and node.value.name == "orientation" for node in graph.nodes):
-                    slopes = gradient(trace, "orientation", side)
-                    for one, rate in zip(slopes, _turning(graph, side, spin), strict=True):
-                        taken.append(_times(graph, one, rate))
-        sizes = [graph.op("abs", term) for term in (*given, *taken)]
-        return Balance(_sum(graph, given), _sum(graph, taken), _sum(graph, sizes))
-    finally:
-        graph.check_dimensions = before
+                slopes = gradient(trace, "position", side)
+                taken += [_times(graph, one, rate) for one, rate in zip(slopes, velocity, strict=True)]
+            if turns:
+                slopes = gradient(trace, "orientation", side)
+                motion = _turning(graph, side, spin)
+                taken += [_times(graph, one, rate) for one, rate in zip(slopes, motion, strict=True)]
+        return Balance(
+            _sum(graph, given),
+            _sum(graph, taken),
+            _sum(graph, [graph.op("abs", term) for term in (*given, *taken)]),
+            _sum(graph, apart),
+            _sum(graph, [graph.op("abs", term) for term in apart]),
+        )
+
+
+def reads_orientation(node: Node) -> bool:
+    """Whether ``node`` depends on how objects are turned."""
+    return any(one.op == "input" and one.value.name == "orientation" for one in walk([node]))
 
 
 def _vector(graph: Graph, name: str, side: str) -> list[Node]:
@@ -73,7 +90,7 @@ def _turning(graph: Graph, side: str, spin: list[Node]) -> list[Node]:
 
 
 def _times(graph: Graph, one: Node, other: Node) -> Node:
-    if any(node.op == "const" and node.value == 0.0 for node in (one, other)):
+    if is_zero(one) or is_zero(other):
         return graph.const(0.0)
     return graph.op("*", one, other)
 
@@ -81,6 +98,6 @@ def _times(graph: Graph, one: Node, other: Node) -> Node:
 def _sum(graph: Graph, terms: list[Node]) -> Node:
     total = graph.const(0.0)
     for term in terms:
-        if not (term.op == "const" and term.value == 0.0):
+        if not is_zero(term):
             total = graph.op("+", total, term)
     return total

@@ -53,7 +53,7 @@ class TableRead:
         if isinstance(x, np.ndarray):
             found = ARRAYS[self.kind](numbers, 0, count, np.asarray(x, dtype=float))
             return found.view(type(x)) if x.ndim else found
-        return float(FLOATS[self.kind](numbers.tolist(), 0, count, float(x)))
+        return float(FLOATS[self.kind](self.base.listed, 0, count, float(x)))
 
     def _traced(self, x: Traced) -> Traced:
         """What stands for the look-up at ``x`` while a law is read; raises `DimensionError`."""
@@ -125,6 +125,7 @@ class Table(TableRead):
         self.count = len(self.x)
         self._check()
         self._numbers = _layout(self.x, self.y, kind, outside)
+        self.listed: list[float] = self._numbers.tolist()
         if not np.isfinite(self._numbers[kernel.HEAD :]).all():
             raise InvalidValueError(f"Table: {self!r} is so steep that a slope is beyond the range of a float")
 
@@ -253,9 +254,9 @@ def _cubics(x: Array, y: Array) -> list[Array]:
 
 def _monotone_slopes(h: Array, steep: Array) -> Array:
     """Slopes at the points: weighted harmonic means of those of the lines beside, 0 at extremes."""
-    d: Array = np.zeros(len(steep) + 1)
+    d: Array = np.full(len(steep) + 1, steep[0])
     if len(steep) == 1:
-        return d + steep[0]
+        return d
     before, behind = steep[:-1], steep[1:]
     w, v = 2.0 * h[1:] + h[:-1], h[1:] + 2.0 * h[:-1]
     rising = np.sign(before) * np.sign(behind) > 0.0
