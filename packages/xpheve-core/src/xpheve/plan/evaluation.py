@@ -17,7 +17,7 @@ from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.mapping import Mapping
-from xpheve.plan.pairs import PairSet, add_opposite
+from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
@@ -253,7 +253,11 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        return len(self.rows) + sum(pairs.count for _, pairs in self.pairs)
+        found = len(self.rows)
+        for law, pairs in self.pairs:
+            near = law.named is None and math.isfinite(law.reach())
+            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+        return found
 
     @property
     def held(self) -> Any:

@@ -27,17 +27,17 @@ from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, 
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.stored import StoredForce, StoredForces
+from xpheve.plan.tiers import choose_tier
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
-from xpheve.trace.recorder import trace_law
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
+from xpheve.trace.recorder import trace_law
 
-STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
+STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
