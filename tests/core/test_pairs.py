@@ -497,3 +497,17 @@ def test_three_thousand_objects_without_a_cutoff_take_little_memory() -> None:
     assert peak < 60e6
     centre = x.mean(axis=0)
     assert potential == pytest.approx(0.5 * 3000 * ((x - centre) ** 2).sum(), rel=1e-12)
+
+
+def test_pairs_that_came_in_while_the_engine_ran_are_replayed() -> None:
+    engine, o = scene(None, [(0, 0, 0), (1, 0, 0), (2, 0, 0)], laws=False)
+    first = engine.copy()
+
+    engine.start()
+    assert engine.wait(until=0.05, timeout=30)
+    engine.add_law("basic:spring", pairs=[(o[2], o[0])], stiffness=3.0)
+    assert engine.wait(until=engine.time + 0.1, timeout=30)
+    engine.terminate()
+    first.replay(engine.inputs)
+    assert [[one.name for one in pair] for pair in first.laws[0].pairs] == [["o2", "o0"]]
+    assert any(first.object("o0").velocity) and first.checkpoint() == engine.checkpoint()
