@@ -142,7 +142,7 @@ class LoopText:
         return [
             f"moved = neighbours__moved(s, n[{at}], {slot}, c[{c}], {reference})",
             f"if not neighbours__serves(moved, {cutoff}, {reach}):",
-            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
+            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], n[{at}], 0, {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
             "    if found < 0:",
             f"        c[{c + 2}] = -found",
             "        return t + 1",

@@ -371,6 +371,16 @@ class World:
     def _twist_label(self, batch: Batch) -> str:
         return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
 
+    def work_by(self) -> dict[str, float]:
+        """Work [J] done over flights that are over, by label, in order; what steppers keep is among it."""
+        parts: dict[str, list[float]] = {label: [joules] for label, joules in self.work.items()}
+        for batch in self.batches:
+            if batch.stepper.books_work and batch.state.count:
+                kept = [v for name in ("work", "work_rest") for v in batch.state.arrays[name][0].tolist()]
+                if any(kept):
+                    parts.setdefault(self._label(batch), []).extend(kept)
+        return {label: math.fsum(values) for label, values in sorted(parts.items())}
+
     def take_work(self, batch: Batch, locals_: Sequence[int]) -> None:
         """Book what the stepper kept of the work done on rows of ``batch``."""
         kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
