@@ -279,6 +279,7 @@ class BatchSources:
 
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
+        self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
             self._program.program.forget_parameters()
 

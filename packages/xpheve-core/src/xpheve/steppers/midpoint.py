@@ -199,6 +199,7 @@ class Midpoint(FlightStepper):
         for name in ("acceleration", "torque", *KEPT):
             state.arrays[name][:, which] = trial[name]
         state.facts = None
+        state.turns.clear()
         bodies.change += 1
 
     def changed(
