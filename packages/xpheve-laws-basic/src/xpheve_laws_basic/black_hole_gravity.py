@@ -48,9 +48,9 @@ class BlackHoleGravity(FieldLaw):
     )
 
     @property
-    def schwarzschild_radius(self) -> float:
+    def schwarzschild_radius(self) -> Any:
         """r_s = 2 G M/c^2 [m]."""
-        return float(2.0 * self.gravitational_constant * self.mass / self.speed_of_light**2)
+        return 2.0 * self.gravitational_constant * self.mass / self.speed_of_light**2
 
     def force(self, body: BodyView) -> Any:
         """Force on each body [N]; NaN at and inside r_s."""

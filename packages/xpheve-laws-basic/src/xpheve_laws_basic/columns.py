@@ -22,4 +22,4 @@ DISPLACED_VOLUME = Column(
 def volume_of(body: BodyView) -> Any:
     """Volume [m^3] that each body displaces, shape (n, 1): its own column, else that of its shape, else NaN."""
     own = body.displaced_volume
-    return np.where(np.isnan(own), body.volume, own) if np.isnan(own).any() else own
+    return np.where(np.isnan(own), body.volume, own)

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from xpheve.laws import PairLaw, Param
+from xpheve.laws import Constant, PairLaw, Param
 
 if TYPE_CHECKING:
     from xpheve.laws.view import BodyView
-
-TINY = 1e-150  # [m] below it squares of lengths underflow; a damper that short has no direction
 
 
 class Damper(PairLaw):
@@ -35,9 +33,12 @@ class Damper(PairLaw):
     id = "basic:damper"
 
     damping = Param(1.0, unit="N*s/m", ge=0, doc="c.")
+    shortest = Constant(
+        1e-150, unit="m", doc="Below it squares of lengths underflow; a damper that short has no direction."
+    )
 
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair."""
         d = a.position - b.position
-        u = d / np.maximum(d.norm(), TINY)
+        u = d / np.maximum(d.norm(), self.shortest)
         return -self.damping * u.dot(a.velocity - b.velocity) * u

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from xpheve.laws import FieldLaw, Param
+from xpheve.laws import Constant, FieldLaw, Param
 
 if TYPE_CHECKING:
     from xpheve.laws.view import BodyView
-
-TINY = 1e-150  # [m] below it squares of lengths underflow; a damper that short has no direction
 
 
 class DamperToPoint(FieldLaw):
@@ -37,9 +35,12 @@ class DamperToPoint(FieldLaw):
 
     damping = Param(1.0, unit="N*s/m", ge=0, doc="c.")
     anchor = Param((0.0, 0.0, 0.0), unit="m", doc="p, where the damper is held; world frame.")
+    shortest = Constant(
+        1e-150, unit="m", doc="Below it squares of lengths underflow; a damper that short has no direction."
+    )
 
     def force(self, body: BodyView) -> Any:
         """Force on each body [N]."""
         d = body.position - self.anchor
-        u = d / np.maximum(d.norm(), TINY)
+        u = d / np.maximum(d.norm(), self.shortest)
         return -self.damping * u.dot(body.velocity) * u

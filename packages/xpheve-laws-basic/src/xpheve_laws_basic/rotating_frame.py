@@ -48,8 +48,7 @@ class RotatingFrame(FieldLaw):
 
     def torque(self, body: BodyView) -> Any:
         """Inertial torque on each body [N m]; 0 for a point, and for a ball that does not spin."""
-        whole = np.broadcast_to(np.array(self.angular_velocity), body.angular_velocity.shape)
-        frame, spin = body.to_body(whole), body.to_body(body.angular_velocity)
+        frame, spin = body.to_body(self.angular_velocity), body.to_body(body.angular_velocity)
         # W x J W sees only how the moments differ: exactly 0 for a ball.
         centrifugal = frame.cross((body.inertia - body.inertia[:, 0:1]) * frame)
         gyroscopic = frame.cross(body.inertia * spin) + spin.cross(body.inertia * frame)

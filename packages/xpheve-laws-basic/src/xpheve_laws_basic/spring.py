@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from xpheve.laws import PairLaw, Param
+from xpheve.laws import Constant, PairLaw, Param
 
 if TYPE_CHECKING:
     from xpheve.laws.view import BodyView
-
-TINY = 1e-150  # [m] below it squares of lengths underflow; a spring that short has no direction
 
 
 class Spring(PairLaw):
@@ -41,12 +39,15 @@ class Spring(PairLaw):
 
     stiffness = Param(1.0, unit="N/m", ge=0, doc="k.")
     rest_length = Param(0.0, unit="m", ge=0, doc="L, the length without force.")
+    shortest = Constant(
+        1e-150, unit="m", doc="Below it squares of lengths underflow; a spring that short has no direction."
+    )
 
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair."""
         d = a.position - b.position
         length = d.norm()
-        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, TINY))
+        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, self.shortest))
 
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, 0 at rest length."""

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from xpheve.laws import FieldLaw, Param
+from xpheve.laws import Constant, FieldLaw, Param
 
 if TYPE_CHECKING:
     from xpheve.laws.view import BodyView
-
-TINY = 1e-150  # [m] below it squares of lengths underflow; a spring that short has no direction
 
 
 class SpringToPoint(FieldLaw):
@@ -41,12 +39,15 @@ class SpringToPoint(FieldLaw):
     stiffness = Param(1.0, unit="N/m", ge=0, doc="k.")
     rest_length = Param(0.0, unit="m", ge=0, doc="L, the length without force.")
     anchor = Param((0.0, 0.0, 0.0), unit="m", doc="p, where the spring is held; world frame.")
+    shortest = Constant(
+        1e-150, unit="m", doc="Below it squares of lengths underflow; a spring that short has no direction."
+    )
 
     def force(self, body: BodyView) -> Any:
         """Force on each body [N]."""
         d = body.position - self.anchor
         length = d.norm()
-        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, TINY))
+        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, self.shortest))
 
     def potential(self, body: BodyView) -> Any:
         """Potential energy [J], 0 at rest length."""

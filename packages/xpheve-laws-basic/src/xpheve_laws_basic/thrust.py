@@ -47,18 +47,14 @@ class Thrust(FieldLaw):
 
     def force(self, body: BodyView) -> Any:
         """Thrust on each body [N]."""
-        force = body.to_world(self.thrust)
-        if self.delay == 0.0 and self.duration is None:
-            return force
         start = body.since + self.delay
-        burns = (body.time >= start) & (body.time < start + self._lasting)
-        return np.where(burns, force, 0.0)
+        burns = body.time >= start
+        if self.duration is not None:
+            burns = burns & (body.time < start + self.duration)
+        return np.where(burns, body.to_world(self.thrust), 0.0)
 
     def jumps(self, since: float) -> tuple[float, ...]:
         """Ignition and end [s]."""
         start = since + self.delay
-        return tuple(time for time in (start, start + self._lasting) if since < time < math.inf)
-
-    @property
-    def _lasting(self) -> float:
-        return math.inf if self.duration is None else float(self.duration)
+        end = math.inf if self.duration is None else start + self.duration
+        return tuple(time for time in (start, end) if since < time < math.inf)

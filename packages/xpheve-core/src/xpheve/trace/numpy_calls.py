@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -148,7 +148,7 @@ def _put(recording: Recording, into: Any, found: Traced) -> Traced:
     return into
 
 
-def _unsupported(recording: Recording, name: str) -> Any:
+def _unsupported(recording: Recording, name: str) -> NoReturn:
     recording.refuse(
         f"{name} has no traced form. Write it with + - * / **, np.sqrt, exp, log, sin, cos, tan, where, minimum, maximum, clip, floor, hypot, "
         f"dot, cross and norm, or write {recording.apply}, which is not traced"
@@ -162,7 +162,7 @@ def call_function(recording: Recording, function: Any, args: Sequence[Any], opti
         module = str(getattr(function, "__module__", "numpy")).replace("numpy", "np", 1)
         _unsupported(recording, f"{module}.{function.__name__}")
     try:
-        return made(recording, *args, **options)  # type: ignore[misc]
+        return made(recording, *args, **options)
     except TypeError as error:
         recording.refuse(f"np.{function.__name__}: {error}")
 
@@ -331,7 +331,7 @@ def _filled(value: float) -> Maker:
 
 
 def _full_like(recording: Recording, x: Any, value: Any, **_: Any) -> Traced:
-    return coerced(recording, value) + np.zeros_like(x)
+    return elementwise(recording, "+", value, np.zeros_like(x))
 
 
 LENGTH = _reduced(summed, "linalg.norm")

@@ -50,6 +50,8 @@ NOT_HERE = {
 class TracedBody:
     """The objects as a law sees them while it is read; of a pair, those on one ``side``."""
 
+    _recording: Recording
+
     def __init__(self, recording: Recording, columns: dict[str, Any], side: str) -> None:
         object.__setattr__(self, "_recording", recording)
         object.__setattr__(self, "_columns", columns)
@@ -139,7 +141,8 @@ class Shadow(metaclass=ShadowType):
 def shadow_of(law: ContinuousLaw, recording: Recording) -> Any:
     """A ``self`` for the methods of ``law``, which write into ``recording``."""
     kind = ShadowType("Shadow", (Shadow,), {"_law": law, "_recording": recording})
-    return object.__new__(kind)
+    made: Any = object.__new__
+    return made(kind)
 
 
 def _static(law: ContinuousLaw, name: str) -> Any:

@@ -8,7 +8,8 @@ What NumPy would refuse, or spread over a square of n by n, is refused here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -74,7 +75,7 @@ class Traced:
     def __init__(
         self,
         recording: Recording,
-        nodes: Sequence[Node],
+        nodes: Iterable[Node],
         form: Form,
         locked: str = "",
         at: tuple[int, ...] | None = None,
@@ -83,8 +84,8 @@ class Traced:
         self.form = form
         self.locked = locked
         """What it belongs to, such as ``body.position``; empty for temporaries."""
-        self.store = nodes if at is not None else list(nodes)
-        self.at = tuple(range(len(nodes))) if at is None else at
+        self.store: list[Node] = nodes if at is not None and isinstance(nodes, list) else list(nodes)
+        self.at = tuple(range(len(self.store))) if at is None else at
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -192,7 +193,7 @@ class Traced:
         given = coerced(self.recording, value)
         together(self.recording, (part, given), into=form)
         for place, node in zip(part.at, given.spread(len(part.at)), strict=True):
-            self.store[place] = self.recording.number(node)  # type: ignore[index]
+            self.store[place] = self.recording.number(node)
 
     def _selected(self, key: Any) -> tuple[Sequence[int], Form, bool]:
         """Which components ``key`` names, their shape, and whether NumPy copies them."""
@@ -229,8 +230,8 @@ class Traced:
                 self.recording.refuse(f"[{_shown(key)}]: there are {width} components, counted from 0")
             return (int(one) % width,), Form(self.form.each, None), False
         if isinstance(one, (list, np.ndarray)) and all(isinstance(k, (int, np.integer)) for k in one):
-            which = [range(width)[k] for k in one]
-            return which, Form(self.form.each, len(which)), True
+            picked = [range(width)[k] for k in one]
+            return picked, Form(self.form.each, len(picked)), True
         self.recording.refuse(f"[{_shown(key)}] of a value of shape {self.form}: write [:, k] or [:, k:m]")
 
     def _refuse_row(self, key: Any) -> NoReturn:
@@ -260,38 +261,37 @@ class Traced:
                 f"{self.locked.rpartition('.')[2]} = 1.0 * {self.locked}, and return the force"
             )
 
-    def _in_place(self, op: str | Make, other: Any) -> Traced:
-        found = elementwise(self.recording, op, self, other)
+    def _in_place(self, found: Traced) -> Traced:
+        """Make it ``found``, and with it all that share its memory."""
         if self.form == NUMBER:  # numbers do not change in Python
             return found
         self._unlocked()
         if found.form != self.form:
             self.recording.refuse(f"puts a value of shape {found.form} in place of one of shape {self.form}")
         for place, node in zip(self.at, found.nodes, strict=True):
-            self.store[place] = node  # type: ignore[index]
+            self.store[place] = node
         return self
 
     def __iadd__(self, other: Any) -> Traced:
-        return self._in_place("+", other)
+        return self._in_place(self + other)
 
     def __isub__(self, other: Any) -> Traced:
-        return self._in_place("-", other)
+        return self._in_place(self - other)
 
     def __imul__(self, other: Any) -> Traced:
-        return self._in_place("*", other)
+        return self._in_place(self * other)
 
     def __itruediv__(self, other: Any) -> Traced:
-        return self._in_place("/", other)
+        return self._in_place(self / other)
 
     def __ipow__(self, other: Any) -> Traced:
-        found = power(self.recording, self, other)
-        return self._in_place(lambda _, new: new, found)
+        return self._in_place(self**other)
 
     def __iand__(self, other: Any) -> Traced:
-        return self & other
+        return self._in_place(self & other)
 
     def __ior__(self, other: Any) -> Traced:
-        return self | other
+        return self._in_place(self | other)
 
     # Arithmetic
 
@@ -455,25 +455,25 @@ class Traced:
         return call_function(self.recording, function, args, options)
 
     def sum(self, axis: Any = None, **options: Any) -> Any:
-        return np.sum(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.sum(self, axis=axis, **options)
 
     def mean(self, axis: Any = None, **options: Any) -> Any:
-        return np.mean(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.mean(self, axis=axis, **options)
 
     def max(self, axis: Any = None, **options: Any) -> Any:
-        return np.max(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.max(self, axis=axis, **options)
 
     def min(self, axis: Any = None, **options: Any) -> Any:
-        return np.min(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.min(self, axis=axis, **options)
 
     def any(self, axis: Any = None, **options: Any) -> Any:
-        return np.any(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.any(self, axis=axis, **options)
 
     def all(self, axis: Any = None, **options: Any) -> Any:
-        return np.all(self, axis=axis, **options)  # type: ignore[call-overload]
+        return np.all(self, axis=axis, **options)
 
     def clip(self, low: Any = None, high: Any = None) -> Any:
-        return np.clip(self, low, high)  # type: ignore[call-overload]
+        return np.clip(self, low, high)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -506,7 +506,8 @@ def coerced(recording: Recording, value: Any) -> Traced:
     if isinstance(value, Traced):
         return value
     if isinstance(value, (bool, np.bool_)):
-        return Traced(recording, [recording.graph.const(float(value))], NUMBER)
+        nothing = recording.graph.const(0.0)
+        return Traced(recording, [recording.op("==" if value else "!=", nothing, nothing)], NUMBER)
     if isinstance(value, (int, float, np.integer, np.floating)):
         return Traced(recording, [recording.graph.const(float(value))], NUMBER)
     if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
@@ -558,11 +559,19 @@ def together(recording: Recording, parts: Sequence[Traced], into: Form | None = 
     return found
 
 
+OF_TRUTHS: dict[Any, str] = {"+": "or", "*": "and", "max": "or", "min": "and", "abs": "", "-": "", "neg": ""}
+"""What NumPy makes of operations between truths."""
+
+
 def elementwise(recording: Recording, op: str | Make, *values: Any) -> Traced:
-    """``op`` component by component, after broadcasting; truths count as 1 and 0."""
+    """``op`` component by component, after broadcasting; truths count as 1 and 0, but among themselves as in NumPy."""
     parts = [coerced(recording, value) for value in values]
+    if op in OF_TRUTHS and all(part.is_truth for part in parts):
+        if op in ("-", "neg"):
+            recording.refuse("a difference of truths: write ~p for `not p`, and p ^ q for one of two")
+        return logical(recording, OF_TRUTHS[op], *parts) if len(parts) > 1 else parts[0]
     form = together(recording, parts)
-    make = op if callable(op) else lambda *nodes: recording.op(op, *nodes)
+    make: Make = op if callable(op) else partial(recording.op, op)
     columns = [[recording.number(node) for node in part.spread(form.width or 1)] for part in parts]
     return Traced(recording, [make(*nodes) for nodes in zip(*columns, strict=True)], form)
 
@@ -663,7 +672,7 @@ def multiplied(recording: Recording, one: Any, other: Any) -> Traced:
         return Traced(recording, [summed(recording, elementwise(recording, "*", a, b).nodes)], form)
     if left is not None and right is not None:
         recording.refuse("a product of two matrices takes part; multiply them outside the formula")
-    matrix = right if right is not None else left.T  # type: ignore[union-attr]
+    matrix = right if right is not None else left.T
     vector = coerced(recording, one if right is not None else other)
     if left is not None and vector.form.each:
         recording.refuse("M @ v of a batch (n, 3) is refused by NumPy; write v @ M.T")
