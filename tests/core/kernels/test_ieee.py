@@ -12,7 +12,26 @@ from hypothesis import strategies as st
 
 from xpheve.kernels import ieee
 
-SPECIAL = [0.0, -0.0, math.inf, -math.inf, math.nan, 5e-324, -5e-324, 2.2e-308, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0, 3.0, -3.0, 1e308, -1e308]
+SPECIAL = [
+    0.0,
+    -0.0,
+    math.inf,
+    -math.inf,
+    math.nan,
+    5e-324,
+    -5e-324,
+    2.2e-308,
+    1.0,
+    -1.0,
+    1.5,
+    -1.5,
+    2.0,
+    -2.0,
+    3.0,
+    -3.0,
+    1e308,
+    -1e308,
+]
 anything = st.one_of(st.sampled_from(SPECIAL), st.floats(), st.floats(-10.0, 10.0), st.integers(-9, 9).map(float))
 
 TO_THE_BIT: dict[str, Callable[..., object]] = {"sqrt": np.sqrt, "floor": np.floor, "sign": np.sign}

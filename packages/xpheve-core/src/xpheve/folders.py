@@ -9,11 +9,11 @@ __all__ = ["cache_folder"]
 
 
 def cache_folder(xdg: bool = False) -> str:
-    """Return the user's cache folder of xPheve as an absolute path; empty where the user has no home.
+    r"""Return the user's cache folder of xPheve as an absolute path; empty where the user has no home.
 
     It is ``XPHEVE_CACHE_DIR``; else, if ``xdg``, ``XDG_CACHE_HOME/xpheve`` where that is absolute, as its specification demands; else
     ``~/.cache/xpheve``. What must not be moved by a setting meant for others (compiled code) leaves ``xdg`` out, and on Windows and macOS
-    lies where those systems keep caches: ``%LOCALAPPDATA%\\xpheve`` and ``~/Library/Caches/xpheve``.
+    lies where those systems keep caches: ``%LOCALAPPDATA%\xpheve`` and ``~/Library/Caches/xpheve``.
     """
     chosen = os.environ.get("XPHEVE_CACHE_DIR", "")
     if chosen:

@@ -242,7 +242,8 @@ class _Clean(ast.NodeTransformer):
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         if node.value is None:
             return ast.Pass()
-        return self.visit(ast.Assign([node.target], node.value, lineno=node.lineno))
+        plain: ast.AST = self.visit(ast.Assign([node.target], node.value, lineno=node.lineno))
+        return plain
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         name = node.id

@@ -83,9 +83,10 @@ def missing_symbols(code: bytes) -> set[str]:
 @cache
 def machine() -> dict[str, str]:
     """Return what compiled code depends on besides its text; numba is not imported."""
+    from importlib.metadata import PackageNotFoundError, version
+
     import llvmlite
     import llvmlite.binding as llvm
-    from importlib.metadata import PackageNotFoundError, version
 
     try:
         numba = version("numba")

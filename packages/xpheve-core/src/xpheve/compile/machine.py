@@ -21,6 +21,8 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 from xpheve.compile.loader import LIBM, PREFIX, provide_symbols
@@ -31,6 +33,7 @@ INTRINSICS = {"sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "copysign": "l
 ARGUMENTS = {"copysign": 2, "atan2": 2, "pow": 2, "fmod": 2}
 SPECIAL = {"frexp", "ldexp"}
 LOWERED = "machine__"
+MARK_OF_KERNELS = "__"
 
 HELPERS = {
     "ieee__sqrt": "sqrt", "ieee__floor": "floor", "ieee__cbrt": "cbrt", "ieee__power": "pow", "ieee__exp": "exp", "ieee__expm1": "expm1",
@@ -134,10 +137,8 @@ class _Lower(ast.NodeTransformer):
             > LARGEST
         ):
             return call
-        return _Insert(given).visit(copy.deepcopy(value))
-
-
-MARK_OF_KERNELS = "__"
+        written: ast.AST = _Insert(given).visit(copy.deepcopy(value))
+        return written
 
 
 class _Insert(ast.NodeTransformer):
@@ -177,16 +178,24 @@ class Machine:
     address: Callable[[], int]
 
 
+@cache
+def _numba() -> Any:
+    """Import numba, and return the parts of it that are used here; its warnings of settings are nobody's business."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import numba  # noqa: F401  (sets up its targets)
+        from llvmlite import ir
+        from numba.core import cgutils, types
+        from numba.core.registry import CPUDispatcher
+        from numba.extending import intrinsic
+    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=CPUDispatcher, intrinsic=intrinsic)
+
+
 def machine_code(text: str, what: str) -> Machine:
     """Compile ``text``, which defines ``entry``; CompileError names the line that numba cannot type."""
     source = lowered(text)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            from numba.core import types
-            from numba.core.registry import CPUDispatcher
-
-            import numba  # noqa: F401  (sets up its targets)
+        numba = _numba()
     except ImportError as wrong:
         raise CompileError(
             f"{what}: numba cannot be imported ({wrong}); install it, or run with compile='never'"
@@ -202,9 +211,10 @@ def machine_code(text: str, what: str) -> Machine:
         exec(compile(source, name, "exec"), space)
         for key, value in list(space.items()):
             if callable(value) and getattr(value, "__module__", None) == "xpheve_kernel" and key != "entry":
-                space[key] = CPUDispatcher(py_func=value, targetoptions=dict(options))
+                space[key] = numba.CPUDispatcher(py_func=value, targetoptions=dict(options))
+        types = numba.types
         pointers = types.CPointer(types.CPointer(types.float64)), types.CPointer(types.CPointer(types.int64))
-        entry = CPUDispatcher(py_func=space["entry"], targetoptions=dict(options))
+        entry = numba.CPUDispatcher(py_func=space["entry"], targetoptions=dict(options))
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -264,10 +274,7 @@ def _machine_function(name: str) -> Any:
 
 def _real_function(symbol: str, count: int) -> Any:
     """A function of ``count`` floats without side effects, by its symbol."""
-    from llvmlite import ir
-    from numba.core import types
-    from numba.extending import intrinsic
-
+    ir, types, intrinsic = _numba().ir, _numba().types, _numba().intrinsic
     real = ir.DoubleType()
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -291,10 +298,7 @@ def _real_function(symbol: str, count: int) -> Any:
 
 def _halves(name: str) -> Any:
     """``math.frexp``, or ``math.ldexp``, whose C forms have an int in them."""
-    from llvmlite import ir
-    from numba.core import cgutils, types
-    from numba.extending import intrinsic
-
+    ir, types, cgutils, intrinsic = _numba().ir, _numba().types, _numba().cgutils, _numba().intrinsic
     real, small = ir.DoubleType(), ir.IntType(32)
 
     def frexp_code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -324,15 +328,12 @@ def _halves(name: str) -> Any:
 
 
 def _declared(module: Any, symbol: str, kind: Any) -> Any:
-    from llvmlite import ir
-
-    return module.globals[symbol] if symbol in module.globals else ir.Function(module, kind, symbol)
+    return module.globals[symbol] if symbol in module.globals else _numba().ir.Function(module, kind, symbol)
 
 
 def _choice(name: str) -> Any:
     """Python's ``min`` or ``max`` of two: the second wins only if it is less, or greater, which settles NaN and signs of zero."""
-    from numba.core import types
-    from numba.extending import intrinsic
+    types, intrinsic = _numba().types, _numba().intrinsic
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         first, second = arguments

@@ -30,16 +30,7 @@ def interpreted(text: str, what: str = "") -> Kernel:
     with _lock:
         if key not in _interpreted:
             started = time.perf_counter()
-            space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
-            try:
-                exec(compile(text, f"<xpheve {key[:16]}>", "exec"), space)
-            except SyntaxError as wrong:
-                raise CompileError(
-                    f"{what or 'a kernel'}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})"
-                ) from wrong
-            entry = space.get("entry")
-            if entry is None:
-                raise CompileError(f"{what or 'a kernel'}: the generated text defines no entry(f, n)")
+            entry = _entry_of(text, what or "a kernel")
             _interpreted[key] = Interpreted(entry, what or "a kernel", key, time.perf_counter() - started)
         return _interpreted[key]
 
@@ -72,6 +63,18 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
+def _entry_of(text: str, what: str) -> Any:
+    """Return the function ``entry`` that ``text`` defines, as Python runs it."""
+    space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
+    try:
+        exec(compile(text, f"<xpheve {_digest(text)[:16]}>", "exec"), space)
+    except SyntaxError as wrong:
+        raise CompileError(f"{what}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})") from wrong
+    if "entry" not in space:
+        raise CompileError(f"{what}: the generated text defines no entry(f, n)")
+    return space["entry"]
+
+
 def _come_by(text: str, what: str) -> Kernel:
     started = time.perf_counter()
     try:
@@ -96,6 +99,7 @@ def _made(text: str, what: str, key: str, started: float) -> Kernel:
     from xpheve.compile import loader
     from xpheve.compile.machine import machine_code
 
+    _entry_of(text, what)
     with shown(what, kept=store.distrust() is None):
         made = machine_code(text, what)
     try:

@@ -17,6 +17,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from xpheve.folders import cache_folder as users_cache_folder
+
 __all__ = ["Index", "Offer", "locate", "normalised", "read_index"]
 
 PACKS, MANIFESTS = "xpheve.packs", "xpheve.manifest"
@@ -68,11 +70,7 @@ def normalised(distribution: str) -> str:
 
 def cache_folder() -> str:
     """Return where the index is kept: ``XPHEVE_CACHE_DIR``, ``XDG_CACHE_HOME/xpheve`` or ``~/.cache/xpheve``."""
-    chosen = os.environ.get("XPHEVE_CACHE_DIR", "")
-    if chosen:
-        return chosen
-    base = os.environ.get("XDG_CACHE_HOME", "") or os.path.join(os.path.expanduser("~"), ".cache")
-    return os.path.join(base, "xpheve")
+    return users_cache_folder(xdg=True)
 
 
 def search_folders(path: Iterable[str]) -> list[str]:
