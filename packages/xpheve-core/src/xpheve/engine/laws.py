@@ -24,7 +24,7 @@ class Laws(Hosting):
         container: LawContainer | type[LawContainer] | str | None = None,
         **parameters: Any,
     ) -> PhysicalLaw:
-        """Add a law by id, by class, or made; ``parameters``, ``name``, ``enabled`` and ``between`` go to the first two.
+        """Add a law by id, by class, or made; ``parameters``, ``name``, ``enabled``, ``between`` and ``pairs`` go to the first two.
 
         ``container`` says when it is enforced; by default what the law itself asks for.
 
@@ -42,12 +42,13 @@ class Laws(Hosting):
             raise InvalidValueError(
                 f"a law named {made.name!r} is in the engine already; names are unique: choose another"
             )
-        for side in getattr(made, "between", None) or ():
-            for obj in side:
-                if obj._engine is not self:
-                    raise OwnershipError(
-                        f"{made.label()}: between names {obj!r}, which is not in this engine: add it first"
-                    )
+        named = made.named or () if isinstance(made, PairLaw) else ()
+        for obj in named:
+            if obj._engine is not self:
+                word = "between names" if made.between is not None else "pairs name"  # type: ignore[attr-defined]
+                raise OwnershipError(f"{made.label()}: {word} {obj!r}, which is not in this engine: add it first")
+        if isinstance(made, PairLaw):
+            made.reach()
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
@@ -56,9 +57,8 @@ class Laws(Hosting):
         self._take_law(made)
         if holder is not None:
             holder.add_law(made)
-        if isinstance(made, PairLaw) and made.between is not None:
-            for obj in {obj: None for side in made.between for obj in side}:
-                scenery.map_law(world, obj, made)
+        for obj in named:
+            scenery.map_law(world, obj, made)
         return made
 
     def _make_law(self, law: str | PhysicalLaw | type[PhysicalLaw], parameters: dict[str, Any]) -> PhysicalLaw:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
@@ -292,22 +292,82 @@ class FieldLaw(ContinuousLaw):
 class PairLaw(ContinuousLaw):
     """A force between two objects: on the first, and its opposite on the second.
 
-    It acts on every pair of objects that are both mapped to it, or with ``between`` on the pairs of one object of the first
-    and one of the second group.
+    It acts on every pair of objects that are both mapped to it; with ``between`` on the pairs of one object of the first and one of
+    the second group; with ``pairs`` on these alone, such as the springs of a network. The first of a pair as given is ``a``.
+
+    Parameters
+    ----------
+    between
+        Two objects, or two lists of objects.
+    pairs
+        Pairs of objects, each pair once in either order.
+    name, enabled, **parameters
+        As in `PhysicalLaw`.
+
+    Raises
+    ------
+    InvalidValueError
+        If ``between`` or ``pairs`` is not of that form, or both are given.
     """
+
+    cutoff: Any = math.inf
+    """Distance [m] from which on force and potential are exactly 0, whatever the methods say: a number, a property, or
+    ``cutoff = Param(2.5, unit="m", gt=0)``; None is as infinite. The potential must come to 0 there, so subtract its value at the
+    cutoff: else energy jumps by that value whenever a pair passes the cutoff."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        found = inspect.getattr_static(cls, "cutoff")
+        if isinstance(found, Param):
+            if found.kind != "number" or found.gt is None or found.gt < 0.0:
+                raise LawDefinitionError(
+                    f"{cls.__name__}: a cutoff is a length above 0: "
+                    f'write cutoff = Param({found.default!r}, unit="m", gt=0)'
+                )
+        elif found is None or isinstance(found, (bool, int, float, str)):
+            _length(found, cls.__name__)
 
     def __init__(
         self,
         *,
         between: tuple[Iterable[PhysicalObject], Iterable[PhysicalObject]] | None = None,
+        pairs: Iterable[tuple[PhysicalObject, PhysicalObject]] | None = None,
         name: str = "",
         enabled: bool = True,
         **parameters: Any,
     ) -> None:
         super().__init__(name=name, enabled=enabled, **parameters)
+        if between is not None and pairs is not None:
+            raise InvalidValueError(
+                f"{self.label()}: between and pairs both say which pairs; give one, or a law for each"
+            )
         self.between: tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]] | None = None
         if between is not None:
-            self.between = _sides(between, type(self).label())
+            self.between = _sides(between, self.label())
+        self.pairs: tuple[tuple[PhysicalObject, PhysicalObject], ...] | None = None
+        if pairs is not None:
+            self.pairs = _pairs(pairs, self.label())
+        self._joined: tuple[Any, dict[PhysicalObject, list[PhysicalObject]]] = (None, {})
+
+    @property
+    def named(self) -> tuple[PhysicalObject, ...] | None:
+        """The objects that ``between`` or ``pairs`` name, each once; None where neither was given."""
+        groups = self.pairs if self.between is None else self.between
+        return None if groups is None else tuple({obj: None for group in groups for obj in group})
+
+    def joined(self, obj: PhysicalObject) -> Sequence[PhysicalObject]:
+        """The objects that ``pairs`` join with ``obj``, as given."""
+        if self._joined[0] is not self.pairs:
+            found: dict[PhysicalObject, list[PhysicalObject]] = {}
+            for a, b in self.pairs or ():
+                found.setdefault(a, []).append(b)
+                found.setdefault(b, []).append(a)
+            self._joined = (self.pairs, found)
+        return self._joined[1].get(obj, ())
+
+    def reach(self) -> float:
+        """The cutoff [m] as it is now, infinite if there is none; raises `LawDefinitionError` if it is no length above 0."""
+        return _length(self.cutoff, self.label())
 
     @_silent
     def force(self, a: BodyView, b: BodyView) -> Any:
@@ -323,6 +383,47 @@ class PairLaw(ContinuousLaw):
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")
+
+
+def _length(value: Any, label: str) -> float:
+    """``value`` of ``cutoff``, checked."""
+    if value is None:
+        return math.inf
+    try:
+        found = math.nan if isinstance(value, (bool, str)) else float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not found > 0.0:
+        raise LawDefinitionError(
+            f"{label}.cutoff = {value!r}: a length above 0 m is needed, or math.inf for none; of a parameter: "
+            'cutoff = Param(2.5, unit="m", gt=0)'
+        )
+    return found
+
+
+def _pairs(pairs: Any, label: str) -> tuple[tuple[PhysicalObject, PhysicalObject], ...]:
+    """``pairs`` as a tuple of tuples of two different objects, none twice."""
+    from xpheve.objects import PhysicalObject
+
+    found = []
+    seen: set[frozenset[PhysicalObject]] = set()
+    try:
+        given = [tuple(pair) for pair in pairs]
+    except TypeError:
+        raise InvalidValueError(f"{label}: pairs = {pairs!r}: a list of pairs of objects is needed") from None
+    for k, pair in enumerate(given):
+        if len(pair) != 2 or not all(isinstance(obj, PhysicalObject) for obj in pair):
+            raise InvalidValueError(f"{label}: pairs[{k}] = {pair!r}: two objects are needed")
+        a, b = pair
+        if a is b:
+            raise InvalidValueError(f"{label}: pairs[{k}] joins {a!r} with itself: two different objects are needed")
+        if frozenset(pair) in seen:
+            raise InvalidValueError(
+                f"{label}: pairs[{k}] = {pair!r} was given before: give each pair once, in one order"
+            )
+        seen.add(frozenset(pair))
+        found.append((a, b))
+    return tuple(found)
 
 
 def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[PhysicalObject, ...]]:

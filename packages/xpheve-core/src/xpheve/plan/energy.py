@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.plan.driven import immovable
-from xpheve.plan.evaluation import pairs_of
+from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
 
 if TYPE_CHECKING:
@@ -116,7 +117,11 @@ def share(world: World, obj: PhysicalObject) -> float:
 
 def _potential(world: World, shot: Snapshot, only: PhysicalObject | None = None) -> float:
     """Of all, or of ``only`` with the others; driven objects are not part of it."""
-    found: list[float] = []
+    return math.fsum(value for part in _potentials(world, shot, only) for value in part.tolist())
+
+
+def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> Iterator[Array]:
+    """Potential energies [J] of objects and pairs, some at a time."""
     for law in world.laws:
         if not (isinstance(law, ContinuousLaw) and law.enabled and not law.containers and law.defines("potential")):
             continue
@@ -129,25 +134,22 @@ def _potential(world: World, shot: Snapshot, only: PhysicalObject | None = None)
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
                 view = world.evaluator.view(law, rows, time, partial(shot.part, rows), reads)
-                found += world.evaluator.potential(law, (view,), rows, time).tolist()
+                yield world.evaluator.potential(law, (view,), rows, time)
         elif isinstance(law, PairLaw):
-            pairs = [pair for pair in _pairs(law, members, only) if not (pair[0]._driven or pair[1]._driven)]
-            if pairs:
-                a, b = (np.array([pair[k]._row for pair in pairs], dtype=np.int64) for k in (0, 1))
-                views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
-                found += world.evaluator.potential(law, views, a, time).tolist()
-    return math.fsum(found)
+            for a, b in _pairs(law, members, only).chunks(shot["position"]):
+                if len(a):
+                    views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
+                    yield world.evaluator.potential(law, views, a, time)
 
 
-def _pairs(
-    law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None
-) -> list[tuple[PhysicalObject, PhysicalObject]]:
-    """The pairs that ``law`` acts on, or those of ``only``."""
-    if only is None or law.between is not None:
-        return [pair for pair in pairs_of(law, members) if only in (None, *pair)]
-    k = members.index(only)
-    pairs = [(other, only) for other in members[:k]] + [(only, other) for other in members[k + 1 :]]
-    return [pair for pair in pairs if not (pair[0].fixed and pair[1].fixed)]
+def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None) -> PairSet:
+    """The pairs that ``law`` acts on and that are no driven object's, or those of ``only``."""
+    free = [obj for obj in members if not obj._driven]
+    if only is None:
+        return PairSet(law, free, [obj._fixed for obj in free])
+    if only._fixed:
+        free = [obj for obj in free if obj is only or not obj._fixed]
+    return PairSet(law, free, [obj is not only for obj in free])
 
 
 def _running_work(world: World, shot: Snapshot) -> list[float]:

@@ -16,8 +16,8 @@ from xpheve.kernels.clock import Instant
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
-from xpheve.plan.driven import immovable
 from xpheve.plan.mapping import Mapping
+from xpheve.plan.pairs import PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
@@ -200,23 +200,6 @@ def is_constant(reads: set[str]) -> bool:
     return not (reads & STATE) and "time" not in reads
 
 
-def pairs_of(law: PairLaw, members: Sequence[PhysicalObject]) -> list[tuple[PhysicalObject, PhysicalObject]]:
-    """The pairs a pair law acts on, by rank; two fixed or driven objects are none."""
-    if law.between is None:
-        found = [(a, b) for k, a in enumerate(members) for b in members[k + 1 :] if not (immovable(a) and immovable(b))]
-    else:
-        these, those = ([obj for obj in members if obj in side] for side in law.between)
-        found = []
-        seen: set[frozenset[PhysicalObject]] = set()
-        for a in these:
-            for b in those:
-                key = frozenset((a, b))
-                if a is not b and key not in seen and not (immovable(a) and immovable(b)):
-                    seen.add(key)
-                    found.append((a, b))
-    return found
-
-
 class BatchSources:
     """What acts along the way on the rows of a batch; see `xpheve.steppers.contract.Sources`."""
 
@@ -230,7 +213,7 @@ class BatchSources:
         bodies: Bodies = world.bodies
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
-        self.pairs: list[tuple[PairLaw, Rows, Rows]] = []
+        self.pairs: list[tuple[PairLaw, PairSet]] = []
         self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
@@ -239,11 +222,8 @@ class BatchSources:
                 mask[[rows[obj] for obj in members if obj in rows]] = True
                 self.fields.append((law, mask))
             elif isinstance(law, PairLaw):
-                found = [pair for pair in pairs_of(law, members) if pair[0] in rows or pair[1] in rows]
-                a = np.array([one._row for one, _ in found], dtype=np.int64)
-                b = np.array([other._row for _, other in found], dtype=np.int64)
-                self.pairs.append((law, a, b))
-        sources = [side for _, a, b in self.pairs for side in (a, b)]
+                self.pairs.append((law, PairSet(law, members, [obj not in rows for obj in members])))
+        sources = [pairs.used for _, pairs in self.pairs]
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
@@ -271,7 +251,7 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        return len(self.rows) + sum(len(a) for _, a, _ in self.pairs)
+        return len(self.rows) + sum(pairs.count for _, pairs in self.pairs)
 
     @property
     def held(self) -> Any:
@@ -355,58 +335,55 @@ class BatchSources:
             if twist is not None:
                 torque[:, inside] += twist
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
-        for pair_law, a, b in self.pairs:
+        for pair_law, pairs in self.pairs:
             if not pair_law.enabled:
                 continue
             reads = set()
-            self._add_pairs(pair_law, a, b, rows, t, state, force, reads)
+            self._add_pairs(pair_law, pairs, rows, t, state, force, reads)
             reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
         return force, torque, reads_velocity
 
     def _add_pairs(
         self,
         law: PairLaw,
-        a: Rows,
-        b: Rows,
+        pairs: PairSet,
         rows: Rows,
         t: Instant,
         state: dict[str, Array],
         force: Array,
         reads: set[str],
     ) -> None:
+        """Add the forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
         bodies: Bodies = self.world.bodies
         place = np.full(bodies.count, -1, dtype=np.int64)
         place[rows] = np.arange(len(rows))
-        acting = (place[a] >= 0) | (place[b] >= 0)
-        a, b = a[acting], b[acting]
-        if not len(a):
+        acting = np.zeros(bodies.count, dtype=bool)
+        acting[rows] = True
+        if not acting[pairs.used].any():
             return
+        held: dict[str, Array] = {}
 
         def everywhere(name: str) -> Array:
-            whole: Array = bodies.arrays[name][:, : bodies.count].copy()
-            whole[:, rows] = state[name]
-            for row in self.hands.tolist():
-                whole[:, row] = self.world.read_row(row, name, t)
-            return whole
+            if name not in held:
+                whole: Array = bodies.arrays[name][:, : bodies.count].copy()
+                whole[:, rows] = state[name]
+                for row in self.hands.tolist():
+                    whole[:, row] = self.world.read_row(row, name, t)
+                held[name] = whole
+            return held[name]
 
-        found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
         law.evaluations += 1
-        total = self._summed(place, a, b, found, len(rows))
+        total, lent = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
+        for a, b in pairs.chunks(everywhere("position")):
+            ours = acting[a] | acting[b]
+            if not ours.all():
+                a, b = a[ours], b[ours]
+            if not len(a):
+                continue
+            found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
+            add_opposite(total, place[a], place[b], found)
+            if len(self.hands):
+                by_hand = bodies.driven[a] | bodies.driven[b]
+                add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
         force += total
-        if not law.defines("potential"):
-            self.working += total
-        elif len(self.hands):
-            lent = bodies.driven[a] | bodies.driven[b]
-            self.working += self._summed(place, a[lent], b[lent], found[:, lent], len(rows))
-
-    @staticmethod
-    def _summed(place: Rows, a: Rows, b: Rows, found: Array, count: int) -> Array:
-        """Forces ``found`` on ``a``, their opposites on ``b``, summed by place, (3, count)."""
-        total = np.zeros((3, count))
-        for rows_of, sign in ((a, 1.0), (b, -1.0)):
-            inside = place[rows_of] >= 0
-            where = place[rows_of][inside]
-            for k in range(3):
-                # bincount adds in the order of the pairs, which is that of rank.
-                total[k] += np.bincount(where, weights=sign * found[k][inside], minlength=count)
-        return total
+        self.working += lent if law.defines("potential") else total

@@ -123,6 +123,8 @@ def find_group(world: World, start: PhysicalObject) -> list[PhysicalObject]:
 def partners(world: World, law: PairLaw, obj: PhysicalObject) -> list[tuple[int, Sequence[PhysicalObject]]]:
     """The objects that ``law`` pairs with ``obj``, by side."""
     mapped = world.mapping.objects(law)
+    if law.pairs is not None:  # a side of its own for each object
+        return [(3 + obj.serial, [other for other in law.joined(obj) if other in mapped])]
     if law.between is None:
         return [(0, list(mapped))]
     these, those = law.between

@@ -183,6 +183,7 @@ def _plain(value: float) -> Any:
 
 def _law(world: World, law: PhysicalLaw) -> Header:
     between = getattr(law, "between", None)
+    pairs = getattr(law, "pairs", None)
     return {
         "id": law.label(),
         "serial": world.laws[law],
@@ -193,6 +194,7 @@ def _law(world: World, law: PhysicalLaw) -> Header:
         "evaluations": law.evaluations,
         "rank": world.ranks.law_ranks.get(law),
         "between": None if between is None else [[obj.serial for obj in side] for side in between],
+        "pairs": None if pairs is None else [[a.serial, b.serial] for a, b in pairs],
     }
 
 
@@ -455,6 +457,8 @@ def _build(
         if isinstance(law, PairLaw) and entry["between"] is not None:
             these, those = (tuple(serials[serial] for serial in side if serial in serials) for side in entry["between"])
             law.between = (these, those)
+        if isinstance(law, PairLaw) and entry.get("pairs") is not None:
+            law.pairs = tuple((serials[a], serials[b]) for a, b in entry["pairs"])
     _build_mapping(world, header, objects, laws)
     _build_batches(engine, world, header, arrays)
     for serial, owner, vector, torque, ident, until, accounted in header["forces"]:

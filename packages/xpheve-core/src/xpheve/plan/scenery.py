@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
-from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PhysicalLaw, ResponseLaw
+from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.plan.driven import dependents, immovable
@@ -141,6 +141,9 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     for law in world.mapping.remove_object(obj):
         if isinstance(law, ContinuousLaw):
             _forget_sources(world, law)
+    for law in world.laws:
+        if isinstance(law, PairLaw) and law.pairs is not None and law.joined(obj):
+            law.pairs = tuple(pair for pair in law.pairs if obj not in pair)
     world.forces.of.pop(obj, None)
     world.groups.pop(obj, None)
     world.unplanned.pop(obj, None)

@@ -27,7 +27,7 @@ PARAM_KINDS = ("number", "integer", "vector", "text", "switch")
 
 # Names that a parameter cannot have, since a law's constructor or the law itself already uses them.
 RESERVED = frozenset(dir(PhysicalLaw)) | {
-    "name", "enabled", "between", "state", "containers", "evaluations", "engine", "parameters", "force", "torque",
+    "name", "enabled", "between", "pairs", "state", "containers", "evaluations", "engine", "parameters", "force", "torque",
     "potential", "respond", "law",
 }  # fmt: skip
 

@@ -141,6 +141,7 @@ def _attributes(obj: PhysicalObject) -> dict[str, Any]:
 
 def _law(engine: Any, law: PhysicalLaw) -> dict[str, Any]:
     between = getattr(law, "between", None)
+    pairs = getattr(law, "pairs", None)
     return {
         "id": law.label(),
         "name": law.name,
@@ -148,6 +149,7 @@ def _law(engine: Any, law: PhysicalLaw) -> dict[str, Any]:
         "parameters": encode(engine, dict(law.parameters)),
         "state": encode(engine, dict(law.state)),
         "between": None if between is None else [[encode(engine, obj) for obj in side] for side in between],
+        "pairs": None if pairs is None else [[encode(engine, obj) for obj in pair] for pair in pairs],
     }
 
 
@@ -276,9 +278,9 @@ class Decoder:
         return obj
 
     def _new_law(self, given: Any) -> PhysicalLaw:
-        between = {} if given["between"] is None else {"between": self(given["between"])}
+        which = {key: self(given[key]) for key in ("between", "pairs") if given.get(key) is not None}
         kind = self._class(given["id"])
-        law: PhysicalLaw = kind(name=given["name"], enabled=given["enabled"], **self(given["parameters"]), **between)
+        law: PhysicalLaw = kind(name=given["name"], enabled=given["enabled"], **self(given["parameters"]), **which)
         law.state = self(given["state"])
         return law
 

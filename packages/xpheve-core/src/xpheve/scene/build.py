@@ -385,6 +385,12 @@ class _Building:
             raise self.source.error(
                 (*path, "between"), f"{table.id} acts on single objects, so it takes no between; name it in their laws"
             )
+        if table.pairs is not None and not issubclass(kind, PairLaw):
+            raise self.source.error(
+                (*path, "pairs"), f"{table.id} acts on single objects, so it takes no pairs; name it in their laws"
+            )
+        if table.pairs is not None and table.between is not None:
+            raise self.source.error((*path, "pairs"), "between says which pairs already; give one of the two")
         with self._blame(path):
             law = kind(name=table.name, enabled=table.enabled, **parameters)
         containers = self._containers_of(law, table, path)
@@ -416,7 +422,7 @@ class _Building:
     # Objects
 
     def _mapping(self) -> list[tuple[int, ...]]:
-        """For each object the places of the laws it obeys, those that name it in ``between`` last."""
+        """For each object the places of the laws it obeys, those that it names in ``between`` or ``pairs`` last."""
         mapped: list[dict[int, None]] = []
         for place, table in enumerate(self.table.objects):
             row: dict[int, None] = {}
@@ -437,7 +443,28 @@ class _Building:
                 self.between[place] = sides
                 for obj in (*sides[0], *sides[1]):
                     mapped[obj][place] = None
+        self.pairs: dict[int, list[tuple[int, int]]] = {}
+        for place, law in enumerate(self.table.laws):
+            if law.pairs is not None:
+                pairs = self._pairs_of(law.pairs, ("laws", place, "pairs"))
+                if place not in self.left_out:
+                    self.pairs[place] = pairs
+                    for obj in (one for pair in pairs for one in pair):
+                        mapped[obj][place] = None
         return [tuple(row) for row in mapped]
+
+    def _pairs_of(self, pairs: Sequence[tuple[str, str]], path: Path_) -> list[tuple[int, int]]:
+        """The places of the objects that ``pairs`` names; raises `SceneError` for a pair that is none, or comes twice."""
+        found: dict[tuple[int, int], None] = {}
+        for words in pairs:
+            a, b = (self._find(self.object_names, word, path, "object") for word in words)
+            both = " and ".join(map(show, words))
+            if a == b:
+                raise self.source.error(path, f"{both} are one object: two different objects are needed")
+            if (a, b) in found or (b, a) in found:
+                raise self.source.error(path, f"{both} are a pair already: give each pair once, in one order")
+            found[a, b] = None
+        return list(found)
 
     def _object(self, place: int) -> PhysicalObject:
         table, path = self.table.objects[place], ("objects", place)
@@ -573,6 +600,10 @@ class _Building:
             assert isinstance(law, PairLaw)
             these, those = (tuple(self.objects[k] for k in side) for side in sides)
             law.between = (these, those)
+        for place, pairs in self.pairs.items():
+            law = self.laws[place]
+            assert isinstance(law, PairLaw)
+            law.pairs = tuple((self.objects[a], self.objects[b]) for a, b in pairs)
 
     def _drive(self) -> None:
         """Take hold of what the host drove, as it moves."""

@@ -92,6 +92,13 @@ def _sides(value: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return these, those
 
 
+def _pairs(value: Any) -> tuple[tuple[str, str], ...]:
+    if not isinstance(value, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in value):
+        raise ValueError('a list of pairs of object names is needed, such as [["sun", "earth"], ["earth", "moon"]]')
+    found = (_texts(pair) for pair in value)
+    return tuple((a, b) for a, b in found)
+
+
 def _force_id(value: Any) -> int | str:
     if isinstance(value, bool) or not isinstance(value, (int, str)):
         raise ValueError("a whole number or a text is needed")
@@ -205,6 +212,10 @@ Names = Annotated[tuple[str, ...], Checked(_texts, _LIST_OF_TEXT)]
 NameOrNames = Annotated[tuple[str, ...], Checked(_text_or_texts, _TEXT_OR_LIST)]
 Sides = tuple[tuple[str, ...], tuple[str, ...]]
 Between = Annotated[Sides, Checked(_sides, {"type": "array", "items": _TEXT_OR_LIST, "minItems": 2, "maxItems": 2})]
+Pairs = Annotated[
+    tuple[tuple[str, str], ...],
+    Checked(_pairs, {"type": "array", "items": {**_LIST_OF_TEXT, "minItems": 2, "maxItems": 2}}),
+]
 Switch = Annotated[bool, Checked(_switch, {"type": "boolean"})]
 Seed = Annotated[int, Checked(_seed, {"type": "integer", "minimum": 0, "maximum": (1 << 63) - 1})]
 Places = Annotated[Any, Checked(_places, _MANY)]
@@ -397,6 +408,7 @@ class LawTable(BaseModel):
     name: Name = ""
     enabled: Switch = True
     between: Between | None = None
+    pairs: Pairs | None = None
     container: NameOrNames | None = None
     condition: ConditionTable | None = None
 

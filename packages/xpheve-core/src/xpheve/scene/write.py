@@ -171,6 +171,12 @@ class _Tables:
                 [self._object_called(obj) for obj in side if obj in self.object_places and law in obj.laws]
                 for side in law.between
             ]
+        if isinstance(law, PairLaw) and law.pairs is not None:
+            table["pairs"] = [
+                [self._object_called(obj) for obj in pair]
+                for pair in law.pairs
+                if all(obj in self.object_places and law in obj.laws for obj in pair)
+            ]
         table |= self._when(law, label)
         return table
 
@@ -324,7 +330,13 @@ class _Tables:
         warnings.warn(text, XpheveWarning, stacklevel=2)
 
     def _between(self, law: PhysicalLaw, obj: PhysicalObject) -> bool:
-        return isinstance(law, PairLaw) and law.between is not None and any(obj in side for side in law.between)
+        """Whether ``law`` is mapped to ``obj`` by naming it."""
+        if not isinstance(law, PairLaw):
+            return False
+        if law.pairs is not None:
+            mapped = self.engine._world.mapping.objects(law)
+            return any(other in mapped for other in law.joined(obj))
+        return law.between is not None and any(obj in side for side in law.between)
 
     def _shape(self, shape: Any, label: str) -> Plain:
         from xpheve.shapes import CORE as CORE_SHAPES
