@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from xpheve.regions import Region
     from xpheve.shapes import Box, Capsule, Compound, Hull, Mesh, Part, Plane, Shape, Sphere
     from xpheve.trace.functions import vector, where
+    from xpheve.trace.table import Table
 
 _HOMES = {
     "PhysicsEngine": "engine",
@@ -41,6 +42,7 @@ _HOMES = {
     "Probe": "observers",
     "Record": "record",
     "Region": "regions",
+    "Table": "trace.table",
     "hookimpl": "plugins",
     "vector": "trace.functions",
     "where": "trace.functions",
@@ -93,6 +95,7 @@ __all__ = [
     "ResponseLaw",
     "Shape",
     "Sphere",
+    "Table",
     "Velocities",
     "errors",
     "hookimpl",

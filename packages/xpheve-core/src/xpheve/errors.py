@@ -130,5 +130,9 @@ class CompileWarning(XpheveWarning):
     """Compiled code that could not be kept or read; the run goes on, slower to start."""
 
 
+class PotentialError(TraceError):
+    """A law whose potential and force do not belong together; the message has the state and both numbers."""
+
+
 class CompileError(XpheveError):
     """A kernel file or a generated text that cannot be compiled; file, line and the way out are named."""

@@ -8,6 +8,7 @@ the machine's own operation in its place.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from xpheve.trace.graph import Node, walk
 
@@ -32,7 +33,7 @@ ARRAY = {
 """Functions of the array text: NumPy's, to the bit for + - * / and sqrt, to a few ulp elsewhere."""
 
 Leaf = Callable[[Node], str]
-"""What an input, a parameter or a table is called in the text."""
+"""What an input or a parameter is called in the text."""
 
 
 def literal(value: float) -> str:
@@ -45,10 +46,17 @@ def literal(value: float) -> str:
 
 
 class Writer:
-    """Writes assignments for nodes that have none yet; names are ``prefix`` and a number."""
+    """Writes assignments for nodes that have none yet; names are ``prefix`` and a number.
 
-    def __init__(self, leaf: Leaf, arrays: bool = False, prefix: str = "t") -> None:
+    ``starts`` says, for each `xpheve.trace.table.Table`, where its numbers begin in the buffer that the text calls ``tables``: a number,
+    or the name of one.
+    """
+
+    def __init__(
+        self, leaf: Leaf, arrays: bool = False, prefix: str = "t", starts: Mapping[Any, int | str] | None = None
+    ) -> None:
         self.leaf, self.arrays, self.prefix = leaf, arrays, prefix
+        self.starts = starts if starts is not None else {}
         self.names: dict[int, str] = {}
         self.lines: list[str] = []
 
@@ -76,6 +84,8 @@ class Writer:
         if op in INFIX or op in COMPARE:
             return f"{args[0]} {INFIX.get(op) or COMPARE[op]} {args[1]}"
         if op == "/" and self.arrays:
+            if all(arg.op == "const" for arg in node.args):  # two floats, of which Python would refuse to divide by 0
+                return f"np.divide({args[0]}, {args[1]})"
             return f"{args[0]} / {args[1]}"
         if op == "neg":
             return f"-{args[0]}"
@@ -92,5 +102,7 @@ class Writer:
         return f"{(ARRAY if self.arrays else SCALAR)[op]}({', '.join(args)})"
 
     def table_text(self, node: Node, x: str) -> str:
-        """The call that looks up a table; whoever writes the text around says where its numbers lie."""
-        return f"{self.leaf(node)}({x})"
+        """The call that looks up a table: a function of `xpheve.kernels.table`, or its sibling for arrays."""
+        table = node.value
+        name = f"np_table__{table.kind}" if self.arrays else f"table__{table.kind}"
+        return f"{name}(tables, {self.starts[table.base]}, {table.base.count}, {x})"
