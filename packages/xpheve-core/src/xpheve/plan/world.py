@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
@@ -27,17 +27,17 @@ from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, 
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
-from xpheve.trace.recorder import trace_law
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
 STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
+WISHES = ("auto", "always", "never")
+"""Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
@@ -189,16 +189,22 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
@@ -509,8 +515,18 @@ class World:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
         signature = sources.signature
         if signature not in self.tiers:
+            from xpheve.plan.tiers import choose_tier
+
             self.tiers[signature] = choose_tier(self.compile, sources.load)
         return self.tiers[signature]
+
+    def wish_compiled(self, wish: str) -> None:
+        """Compile by ``wish``: "auto", "always" or "never"; how each loop runs is chosen again when it runs next. Raises `InvalidValueError`."""
+        if not isinstance(wish, str) or wish not in WISHES:
+            raise InvalidValueError(f"compile = {wish!r}: choose 'auto', 'always' or 'never'")
+        if wish != self.compile:
+            self.compile = wish
+            self.tiers.clear()
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
