@@ -150,9 +150,10 @@ def summarise(
     """Return what summary.json and ``--json`` say: times, conserved quantities, final state."""
     from xpheve import __version__
     from xpheve.objects import FIELDS
+    from xpheve.plan.explain import drift as drift_of
 
     energy = engine.energy()
-    drift = record.energy_drift if record is not None and len(record) else engine.explain().data["energy"]["drift"]
+    drift = record.energy_drift if record is not None and len(record) else drift_of(engine)
     error = None
     if failure is not None:
         error = "interrupted" if isinstance(failure, KeyboardInterrupt) else f"{type(failure).__name__}: {failure}"
