@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import LawDefinitionError, LawFailedError, StateError, XpheveWarning
+from xpheve.errors import LawDefinitionError, LawFailedError, ParameterError, StateError, XpheveWarning
 from xpheve.record.checkpoint import unpack
 
 when = xp.when
@@ -606,3 +606,46 @@ def test_random_numbers_repeat_with_the_seed_and_not_without() -> None:
 
     assert numbers(1) == numbers(1) != numbers(2)
     assert len(set(numbers(1))) == len(numbers(1)) >= 9
+
+
+def test_a_class_with_both_an_expression_and_apply_is_refused() -> None:
+    class Expression(xp.FieldLaw):
+        def force(self, body: Any) -> Any:
+            return 0
+
+    with pytest.raises(LawDefinitionError, match=r"Both has both force and apply.*Keep one of them"):
+        type("Both", (Expression,), {"apply": lambda self, body: 0})
+    with pytest.raises(LawDefinitionError, match=r"has both torque and apply"):
+        type("Both", (xp.FieldLaw,), {"apply": lambda self, body: 0, "torque": lambda self, body: 0})
+
+
+def test_a_law_says_what_happens_by_force_torque_apply_or_a_kernel() -> None:
+    said: dict[str, dict[str, Any]] = {
+        "force": {"force": lambda self, body: 0},
+        "torque": {"torque": lambda self, body: 0},
+        "apply": {"apply": lambda self, body: 0},
+        "kernel": {"kernel": "pack.kernels.drag"},
+    }
+    for name, body in said.items():
+        kind = type(name.title(), (xp.FieldLaw,), body)
+        assert kind.is_concrete()
+        assert [method for method in ("force", "torque", "apply") if kind.defines(method)] == [name][: name != "kernel"]
+    assert not xp.FieldLaw.is_concrete() and not xp.PairLaw.is_concrete()
+
+
+def test_a_constant_is_a_number_or_a_vector_that_nobody_sets() -> None:
+    class Fixed(xp.FieldLaw):
+        id = "test:fixed"
+        least = xp.Constant("1 mm", unit="m")
+        axis = xp.Constant((0, 3, 4), unit="m")
+
+        def force(self, body: Any) -> Any:
+            return 0
+
+    law = Fixed()
+    assert law.least == 0.001 and law.axis.norm() == 5.0
+    assert "least" not in law.params
+    with pytest.raises(ParameterError, match=r"test:fixed\.least = 2: it is a constant of the class"):
+        law.least = 2
+    with pytest.raises(LawDefinitionError, match=r"nan: a finite number in m is needed"):
+        xp.Constant(float("nan"), unit="m")

@@ -43,6 +43,7 @@ class Bench:
             lambda name: np.copy(self.state[name]) if np.ndim(self.state[name]) else self.state[name], set(), count
         )
         self.wind = np.array((0.5, -1.0, 2.0)).view(Batch)
+        self.parameters: dict[str, Any] = {"wind": self.wind}
         self.recording = Recording("test:law")
         self.recording.graph.check_dimensions = check_dimensions
         self.traced_body = TracedBody(self.recording, {"charge": Column(unit="C")}, "")
@@ -65,7 +66,7 @@ class Bench:
 
         def given(node: Node) -> Any:
             if node.op == "param":
-                return float(self.wind[node.value.component])
+                return float(np.atleast_1d(self.parameters[node.value.name])[node.value.component])
             value = np.asarray(self.state[node.value.name])
             if node.value.name == "up":
                 return value[node.value.component]

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import xpheve as xp
 from xpheve.errors import TraceError
 
 FEW_ULP = 4e-16
@@ -145,16 +144,3 @@ def test_an_output_may_be_a_temporary(bench: Any) -> None:
 def test_what_no_tier_has_names_itself_and_the_way_out(bench: Any, call: Any, answer: str) -> None:
     with pytest.raises(TraceError, match=answer):
         call(bench.traced_body.velocity)
-
-
-def test_where_and_vector_are_the_same_on_numbers_arrays_and_traced_values(bench: Any) -> None:
-    bench.same(lambda body, wind: xp.vector(0.0, body.mass, wind[1]))
-    bench.same(lambda body, wind: xp.vector(body.position.z, 1, body.time) * body.mass)
-    bench.same(lambda body, wind: xp.where(body.mass > 1.0, body.position, wind).norm())
-    assert xp.where(True, 1.0, 2.0) == 1.0
-    np.testing.assert_array_equal(xp.vector(1, 2, 3), (1.0, 2.0, 3.0))
-    assert xp.vector(3.0, 4.0, 0.0).norm() == 5.0
-    with pytest.raises(xp.errors.InvalidValueError, match=r"vector\(\) of shapes \(7, 3\), \(\), \(\)"):
-        xp.vector(bench.body.position, 0.0, 0.0)
-    with pytest.raises(TraceError, match=r"vector\(\) of shapes \(n, 3\), \(\), \(\)"):
-        xp.vector(bench.traced_body.position, 0.0, 0.0)

@@ -45,6 +45,8 @@ SETTINGS = (
 )
 """numba's settings that change the machine's code."""
 
+_mark = ctypes.c_int(0)
+"""Microsoft's compilers ask for a symbol of this kind where there are floats; nobody looks at it."""
 _lock = threading.Lock()
 _engines: list[Any] = []  # what is loaded stays: a kernel may be called as long as the process lives
 
@@ -70,8 +72,11 @@ def provide_symbols() -> dict[str, int]:
             continue
         if address:
             addresses[symbol] = address
-            if symbol.startswith(PREFIX):
-                llvm.add_symbol(symbol, address)
+    if sys.platform == "win32":
+        addresses["_fltused"] = ctypes.addressof(_mark)
+    for symbol, address in addresses.items():
+        if symbol.startswith(PREFIX) or sys.platform == "win32":  # elsewhere LLVM finds those of the C library itself
+            llvm.add_symbol(symbol, address)
     return addresses
 
 

@@ -3,8 +3,8 @@
 Before it is compiled the text is lowered: helpers of `xpheve.kernels.ieee` become the machine's own operation where that has the same
 result (division, square root, floor), and functions of ``math`` become calls of the same function of the C library that ``math`` itself
 calls, under a name of our own (``xpheve_exp``). The compiler knows nothing of that name, so it can neither fold it, nor turn a power into
-products, nor put a vector library in its place: the bits are those of the interpreted text. Functions that are one expression are written
-out where they are called, which compiles in half the time.
+products, nor put a vector library in its place: the bits are those of the interpreted text. All other functions are compiled once each and
+called, which LLVM turns into no call at all; writing their text out where they are called compiles no faster, and slower where they branch.
 
 Compiled functions return a status and write their result through a pointer, numba's own convention inside; no wrapper is built, so that the
 code needs nothing of Python.
@@ -13,7 +13,6 @@ code needs nothing of Python.
 from __future__ import annotations
 
 import ast
-import copy
 import hashlib
 import linecache
 import math
@@ -33,12 +32,12 @@ INTRINSICS = {"sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "copysign": "l
 ARGUMENTS = {"copysign": 2, "atan2": 2, "pow": 2, "fmod": 2}
 SPECIAL = {"frexp", "ldexp"}
 LOWERED = "machine__"
-MARK_OF_KERNELS = "__"
 
 HELPERS = {
     "ieee__sqrt": "sqrt", "ieee__floor": "floor", "ieee__cbrt": "cbrt", "ieee__power": "pow", "ieee__exp": "exp", "ieee__expm1": "expm1",
     "ieee__log": "log", "ieee__log1p": "log1p", "ieee__sin": "sin", "ieee__cos": "cos", "ieee__tan": "tan", "ieee__asin": "asin",
     "ieee__acos": "acos", "ieee__sinh": "sinh", "ieee__cosh": "cosh",
+    "ieee__minimum": "minimum", "ieee__maximum": "maximum",
 }  # fmt: skip
 """Helpers whose result the C library, or the processor, gives for every value; `ieee__divide` is a plain division."""
 
@@ -46,43 +45,19 @@ MATH = {*LIBM, "sqrt", "copysign", *SPECIAL}
 PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "pi", "e", "tau", "inf", "nan"}
 """What numba does as Python does; nothing else of ``math`` is sure to round alike."""
 
-LARGEST = 80
-"""Nodes that a function written out may have; beyond, it is called."""
-
 
 # Lowering ------------------------------------------------------------------------------------------------------------
 
 
 def lowered(text: str) -> str:
-    """Return ``text`` with the machine's operations in place of helpers and of ``math``, and short functions written out."""
+    """Return ``text`` with the machine's operations in place of helpers and of ``math``."""
     tree = ast.parse(text)
-    lower = _Lower({node.name for node in tree.body if isinstance(node, ast.FunctionDef)})
-    body: list[ast.stmt] = []
-    for statement in tree.body:
-        if isinstance(statement, ast.FunctionDef):
-            if statement.name in HELPERS or statement.name == "ieee__divide":
-                continue
-            statement = lower.visit(statement)
-            lower.remember(statement)
-        body.append(statement)
-    tree.body = body
-    return ast.unparse(ast.fix_missing_locations(tree))
+    replaced = {*HELPERS, "ieee__divide"}
+    tree.body = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
+    return ast.unparse(ast.fix_missing_locations(_Lower().visit(tree)))
 
 
 class _Lower(ast.NodeTransformer):
-    def __init__(self, functions: set[str]) -> None:
-        self.functions = functions
-        self.short: dict[str, tuple[list[str], ast.expr]] = {}
-
-    def remember(self, function: ast.FunctionDef) -> None:
-        """Keep ``function`` for writing out, if it is one expression of its arguments."""
-        if len(function.body) != 1 or not isinstance(function.body[0], ast.Return) or function.args.defaults:
-            return
-        value = function.body[0].value
-        plain = not any(isinstance(part, ast.comprehension | ast.NamedExpr) for part in ast.walk(function))
-        if value is not None and plain and MARK_OF_KERNELS in function.name:
-            self.short[function.name] = ([argument.arg for argument in function.args.args], value)
-
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         function = node.func
@@ -103,8 +78,6 @@ class _Lower(ast.NodeTransformer):
             function.id = LOWERED + HELPERS[function.id]
         elif function.id in ("min", "max"):
             return self._of_pairs(function.id, node.args)
-        elif function.id in self.short:
-            return self._written_out(node, *self.short[function.id])
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
@@ -124,46 +97,9 @@ class _Lower(ast.NodeTransformer):
             best = ast.Call(ast.Name(LOWERED + name, ast.Load()), [best, other], [])
         return best
 
-    def _written_out(self, call: ast.Call, names: list[str], value: ast.expr) -> ast.AST:
-        if len(names) != len(call.args):
-            return call
-        used = [part.id for part in ast.walk(value) if isinstance(part, ast.Name)]
-        given = dict(zip(names, call.args, strict=True))
-        if not all(used.count(name) <= 1 or _simple(given[name]) for name in names):
-            return call
-        if (
-            sum(1 for _ in ast.walk(value))
-            + sum(used.count(name) * sum(1 for _ in ast.walk(given[name])) for name in names)
-            > LARGEST
-        ):
-            return call
-        written: ast.AST = _Insert(given).visit(copy.deepcopy(value))
-        return written
-
-
-class _Insert(ast.NodeTransformer):
-    """Puts arguments in the place of their names."""
-
-    def __init__(self, given: dict[str, ast.expr]) -> None:
-        self.given = given
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        return copy.deepcopy(self.given[node.id]) if node.id in self.given else node
-
 
 def _whole(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) is int
-
-
-def _simple(node: ast.expr) -> bool:
-    """Whether writing ``node`` twice costs nothing: a name, a number, a member of a tuple."""
-    if isinstance(node, ast.UnaryOp):
-        return _simple(node.operand)
-    if isinstance(node, ast.Subscript):
-        return isinstance(node.value, ast.Name) and isinstance(node.slice, ast.Constant)
-    if isinstance(node, ast.Attribute):
-        return isinstance(node.value, ast.Name)
-    return isinstance(node, ast.Name | ast.Constant)
 
 
 # Compiling -----------------------------------------------------------------------------------------------------------
@@ -171,7 +107,7 @@ def _simple(node: ast.expr) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """Object code, the name of the entry in it, and where numba itself put the entry; ``library`` keeps that alive."""
+    """Object code, the name of the entry in it, and where numba itself puts the entry, as long as this is kept."""
 
     code: bytes
     symbol: str
@@ -224,9 +160,7 @@ def machine_code(text: str, what: str) -> Machine:
     result = entry.overloads[pointers]
     library, symbol = result.library, result.fndesc.llvm_func_name
 
-    def address() -> int:
-        kept = entry  # as long as this is at hand the code is
-        assert kept is not None
+    def address() -> int:  # numba frees the code with its library, which this function holds
         return int(library.codegen._engine._ee.get_function_address(symbol))
 
     return Machine(bytes(library._get_compiled_object()), symbol, address)
@@ -263,7 +197,7 @@ _made: dict[str, Any] = {}
 
 def _machine_function(name: str) -> Any:
     if name not in _made:
-        if name in ("min", "max"):
+        if name in ("min", "max", "minimum", "maximum"):
             _made[name] = _choice(name)
         elif name in SPECIAL:
             _made[name] = _halves(name)
@@ -332,17 +266,29 @@ def _declared(module: Any, symbol: str, kind: Any) -> Any:
 
 
 def _choice(name: str) -> Any:
-    """Python's ``min`` or ``max`` of two: the second wins only if it is less, or greater, which settles NaN and signs of zero."""
-    types, intrinsic = _numba().types, _numba().intrinsic
+    """The lesser or greater of two, without a branch; which one settles NaN and signs of zero.
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    Python's ``min`` and ``max`` take the second only if it is less, or greater; IEEE's ``minimum`` and ``maximum`` take the first if it is
+    no greater, or no less, or no number.
+    """
+    types, intrinsic = _numba().types, _numba().intrinsic
+    sign = "<" if name.startswith("min") else ">"
+
+    def pythons(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         first, second = arguments
         compare = builder.icmp_signed if isinstance(signature.return_type, types.Integer) else builder.fcmp_ordered
-        return builder.select(compare("<" if name == "min" else ">", second, first), second, first)
+        return builder.select(compare(sign, second, first), second, first)
+
+    def ieee(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        first, second = arguments
+        takes_first = builder.or_(
+            builder.fcmp_ordered(sign + "=", first, second), builder.fcmp_unordered("uno", first, first)
+        )
+        return builder.select(takes_first, first, second)
 
     def choose(typing: Any, x: Any, y: Any) -> Any:
-        whole = all(isinstance(number, types.Integer | types.Boolean) for number in (x, y))
+        whole = name in ("min", "max") and all(isinstance(number, types.Integer | types.Boolean) for number in (x, y))
         kind = types.int64 if whole else types.float64
-        return kind(kind, kind), code
+        return kind(kind, kind), pythons if name in ("min", "max") else ieee
 
     return intrinsic(choose)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import linecache
 import math
 import threading
 import time
@@ -66,8 +67,10 @@ def _digest(text: str) -> str:
 def _entry_of(text: str, what: str) -> Any:
     """Return the function ``entry`` that ``text`` defines, as Python runs it."""
     space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
+    name = f"<xpheve {_digest(text)[:16]}>"
+    linecache.cache[name] = (len(text), None, text.splitlines(True), name)  # so that errors show the line
     try:
-        exec(compile(text, f"<xpheve {_digest(text)[:16]}>", "exec"), space)
+        exec(compile(text, name, "exec"), space)
     except SyntaxError as wrong:
         raise CompileError(f"{what}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})") from wrong
     if "entry" not in space:

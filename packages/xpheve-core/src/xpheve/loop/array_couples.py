@@ -37,11 +37,19 @@ class ArrayPairText(PairText):
                 lines.append(f"add_pairs(s[{self.slots.at(target, c) // LANES}], a, b, {name})")
         return lines
 
+    def _keep_near(self) -> list[str]:
+        """Keep the pairs closer than the cutoff."""
+        place = self.slots.at("middle") // LANES
+        gaps = [f"d{c} = s[{place + c}, a] - s[{place + c}, b]" for c in range(3)]
+        reach = self._reach if self.shared else self._reach.replace("q", "rows[k]")
+        keep = ["near = np.flatnonzero(d0 * d0 + d1 * d1 + d2 * d2 < " + reach + ")", "a = a[near]", "b = b[near]"]
+        return [*gaps, *keep] if self.shared else [*gaps, *keep, "k = np.arange(count)[k][near]"]
+
     def function(self) -> list[str]:
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
         inner = [*self._loads("a"), *self._loads("b")]
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
         else:
@@ -52,9 +60,9 @@ class ArrayPairText(PairText):
         elif self.how == ALL:
             head.append("    for a, b in all_pairs(left, count):")
         else:
-            head.append(
-                f"    for a, b in near_pairs(s[{self.slots.at('middle') // LANES}:], left, count, p[q + {self.term.size}]):"
-            )
+            head.append(f"    for a, b in left(s[{self.slots.at('middle') // LANES}:]):")
+        if self.how == LISTED and self.term.near:
+            inner = [*inner[:2], *self._keep_near(), *inner[2:]]
         return [*head, *(f"        {line}" for line in [*inner, *force, *self._act(names)]), "    return 0", ""]
 
 

@@ -61,7 +61,7 @@ def array_entry(text: str) -> Callable[[Sequence[Array], Sequence[Places]], int]
 
     def run(floats: Sequence[Array], ints: Sequence[Places]) -> int:
         with np.errstate(all="ignore"):
-            found: int = entry(floats, [one.tolist() if k < 2 else one for k, one in enumerate(ints)])
+            found: int = entry(floats, [*(one.tolist() for one in ints[:2]), *ints[2:]])
         return found
 
     return run

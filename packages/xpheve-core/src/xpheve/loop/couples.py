@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from xpheve.loop.fields import AXES, PARAMETERS, UP
-from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes, sums_of
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
 LISTED, ALL, NEAR = "listed", "all", "near"
-"""Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another."""
+"""Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another, found through cells."""
+
+
+GATHERED = 64
+"""Partners of a row that are gathered at a time."""
 
 
 class PairText:
@@ -62,7 +68,7 @@ class PairText:
             for n in walk(self.term.trace.force or ())
             if n.op == "input" and n.value.side == side and n.value.name not in SCENE
         }
-        if self.how == NEAR:
+        if self.term.near:
             found |= {Input(side, "position", c) for c in range(3)}
         return sorted(found)
 
@@ -76,11 +82,20 @@ class PairText:
             return f"speeds + {one.component * LANES}"
         return str(self.slots.at(one.name, one.component))
 
-    def _targets(self) -> list[str]:
-        names = ["push" if self.term.of_velocity else "pull"]
-        if not self.term.accounted:
-            names.append(f"{names[0]}_working")
-        return names
+    def _targets(self) -> tuple[str, ...]:
+        return sums_of(self.term)
+
+    @property
+    def _reach(self) -> str:
+        """Where the square of the cutoff is."""
+        return f"p[q + {self.term.size - 3}]"
+
+    def _near(self, lines: list[str]) -> list[str]:
+        """``lines``, done for pairs closer than the cutoff only."""
+        if not self.term.near:
+            return lines
+        gaps = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+        return [*gaps, "if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:", *(f"    {line}" for line in lines)]
 
     def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
         """Lines that find the force on ``a``, and its components."""
@@ -104,50 +119,67 @@ class PairText:
     def _listed(self) -> list[str]:
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
         inner = ["a = left[k]", "b = right[k]"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
         else:
             inner += ["q = rows[k]", *parameters, *fixed]
-        inner += [
-            *self._loads("a"),
-            *self._loads("b"),
-            *force,
-            *self._add("a", "+", names),
-            *self._add("b", "-", names),
-        ]
+        if self.term.near:
+            reach = f"reach_squared = {self._reach}"
+            (head if self.shared else inner).append(f"    {reach}" if self.shared else reach)
+        act = [*force, *self._add("a", "+", names), *self._add("b", "-", names)]
+        inner += [*self._loads("a"), *self._loads("b"), *self._near(act)]
         return [*head, "    for k in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
 
     def _of_rows(self) -> list[str]:
-        """All pairs of rows, or those within reach, row by row: what acts on the first of them is summed in variables."""
+        """All pairs of rows, or those within reach, row by row.
+
+        The partners of a row are gathered, `GATHERED` at a time, into scratch of which compilers make vectors; what acts on the row is
+        summed in variables, pair after pair.
+        """
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
         targets = [(target, c) for target in self._targets() for c in range(3)]
-        gather = [f"r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
-        scatter = [f"s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
-        inner = [*self._loads("b")]
-        act = [*force, *(f"r{m} = r{m} + {names[c]}" for m, (_, c) in enumerate(targets)), *self._add("b", "-", names)]
-        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now):"]
+        inputs = self._inputs("b")
+        outputs = len(inputs)
+        gather = [f"s[l + {m * GATHERED}] = s[b + {self._place(one)}]" for m, one in enumerate(inputs)]
+        loads = [f"{_variable(one)} = s[l + {m * GATHERED}]" for m, one in enumerate(inputs)]
+        act = [*loads, *force]
+        if self.term.near:
+            act += [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+            act.append("near = d0 * d0 + d1 * d1 + d2 * d2 < reach_squared")
+            names = [f"({name} if near else 0.0)" for name in names]
+        act += [f"s[l + {(outputs + c) * GATHERED}] = {name}" for c, name in enumerate(names)]
+        spread = [f"e{c} = s[l + {(outputs + c) * GATHERED}]" for c in range(3)]
+        spread += [f"r{m} = r{m} + e{c}" for m, (_, c) in enumerate(targets)]
+        spread += self._add("b", "-", [f"e{c}" for c in range(3)])
+        partner = "rows[j + l - z]" if self.how == ALL else "rows[partners[j + l - z]]"
+        lanes = f"for l in range(z, z + min({GATHERED}, end - j)):"
+        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now, z):"]
         head += [f"    {line}" for line in parameters + fixed]
-        body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a") + gather)]
-        if self.how == ALL:
-            body += [
-                "    for j in range(i + 1, count):",
-                "        b = rows[j]",
-                *(f"        {line}" for line in inner + act),
-            ]
-        else:
-            near = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
-            body += ["    for m in range(first[i], first[i + 1]):", "        b = rows[partners[m]]"]
-            body += [f"        {line}" for line in [*inner, *near]]
-            body += [
-                "        if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:",
-                *(f"            {line}" for line in act),
-            ]
-            head.append(f"    reach_squared = p[q + {self.term.size}]")
-        body += [f"    {line}" for line in scatter]
+        if self.term.near:
+            head.append(f"    reach_squared = {self._reach}")
+        body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a"))]
+        body += [f"    r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
+        body += (
+            ["    begin = i + 1", "    end = count"]
+            if self.how == ALL
+            else ["    begin = first[i]", "    end = first[i + 1]"]
+        )
+        body.append(f"    for j in range(begin, end, {GATHERED}):")
+        for lines in ([f"b = {partner}", *gather], act, [f"b = {partner}", *spread]):
+            body += [f"        {lanes}", *(f"            {line}" for line in lines)]
+        body += [f"    s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
         return [*head, *(f"    {line}" for line in body), "    return 0", ""]
+
+
+def scratch(terms: Iterable[Term]) -> int:
+    """Numbers of scratch behind the tiles that `PairText` needs."""
+    inputs = max(
+        (3 + len({n.value for n in walk(term.trace.force or ()) if n.op == "input"}) for term in terms), default=0
+    )
+    return (inputs + 3) * GATHERED
 
 
 def _variable(one: Input) -> str:
@@ -155,4 +187,4 @@ def _variable(one: Input) -> str:
     return f"{one.side}_{one.name}{one.component or ''}"
 
 
-__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText"]
+__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText", "scratch"]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.kernels.clock import Instant
+from xpheve.kernels.neighbours import room
 from xpheve.loop.array_run import array_entry
-from xpheve.loop.couples import ALL, LISTED, NEAR
+from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
 from xpheve.loop.terms import LANES, Term
-from xpheve.loop.text import LoopText, PairKind
+from xpheve.loop.text import FIRST_COUPLES, PER_COUPLES, LoopText, PairKind
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -33,7 +34,8 @@ class Segment(NamedTuple):
 class Couples(NamedTuple):
     """The pairs of one pair law class: rows ``left`` and ``right`` of the program, or all or the near ones of the rows ``left``.
 
-    ``laws`` are the instances, ``which`` says which one each pair belongs to; None if there is one.
+    ``laws`` are the instances, ``which`` says which one each pair belongs to; None if there is one. ``near`` finds the near ones for the NumPy
+    tier: it takes places (3, rows) and gives rows left and right, some at a time.
     """
 
     term: Term
@@ -42,6 +44,7 @@ class Couples(NamedTuple):
     left: Places
     right: Places
     which: Places | None
+    near: Callable[[Array], Iterator[tuple[Places, Places]]] | None = None
 
 
 class Program:
@@ -66,9 +69,11 @@ class Program:
         self.loop = LoopText(kinds, [PairKind(one.term, one.how, one.which is None) for one in couples], stored_work)
         self._kinds = [kinds.index(one.terms) for one in segments]
         self._lay_tiles()
+        self.neighbours = {k: Neighbours(len(one.left)) for k, one in enumerate(self.couples) if one.how == NEAR}
         self._table: Array | None = None
         self._entries: dict[str, Callable[..., int]] = {}
-        self._tiles_buffer = np.zeros(self.tiles * self.loop.slots.width * LANES)
+        self._flat = self.tiles * self.loop.slots.width * LANES
+        self._tiles_buffer = np.zeros(self._flat + scratch(one.term for one in couples))
 
     # Numbers
 
@@ -124,8 +129,6 @@ class Program:
                 for law in couples.laws:
                     places.append(len(numbers))
                     numbers += values_of(law, couples.term)
-                    if couples.how == NEAR:
-                        numbers.append(float(law.cutoff) ** 2)
                 self._places.append(places)
             self._table = np.array(numbers)
         return self._table
@@ -174,34 +177,58 @@ class Program:
             entry(floats, ints)
             return
         tiled = self._to_tiles(numbers)
-        floats, ints = self._buffers(tiled, table, steps, number, self.addresses, rows=False)
-        entry(floats, ints)
+        while True:
+            floats, ints = self._buffers(tiled, table, steps, number, self.addresses, rows=False)
+            stopped = entry(floats, ints)
+            if not stopped:
+                break
+            number, steps = number + stopped - 1, steps - stopped + 1
+            self._make_room(ints[0])
         self._from_tiles(tiled, numbers)
+
+    def _make_room(self, counts: Places) -> None:
+        """Room in the lists of neighbours for what was wanted, and some more."""
+        for k, neighbours in self.neighbours.items():
+            wanted = int(counts[FIRST_COUPLES + PER_COUPLES * k + 2])
+            if wanted > neighbours.capacity:
+                neighbours.grow(wanted + wanted // 4)
 
     def _buffers(
         self, state: Array, table: Array, steps: int, number: int, places: Places, rows: bool
-    ) -> tuple[list[Array], list[Places]]:
+    ) -> tuple[list[Array], list[Any]]:
+        """What the entry is called with: numbers, and whole numbers."""
         segments = []
         for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
             where = (first, last) if rows else (tile, end)
             over = (last - first) % LANES or LANES
             segments.append([self._kinds[k], *where, over, self._places[k][0]])
-        counts = [len(segments), steps, number, self.rows if rows else self.tiles]
-        lists: list[Places] = []
-        for couples, at in zip(self.couples, self._places[len(self.segments) :], strict=True):
-            counts += [len(couples.left), at[0]]
-            which = (
-                np.zeros(1, dtype=np.int64) if couples.which is None else np.array(at, dtype=np.int64)[couples.which]
-            )
-            right = places[couples.right] if couples.how == LISTED else np.zeros(1, dtype=np.int64)
-            lists += [places[couples.left], right, which]
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
-        return [state, table, _NO_TABLES], [np.array(counts, dtype=np.int64), flat, *lists]
+        counts = [len(segments), steps, number, self.rows if rows else self.tiles]
+        floats: list[Array] = [state, table, _NO_TABLES]
+        lists: list[Any] = []
+        for k, (couples, at) in enumerate(zip(self.couples, self._places[len(self.segments) :], strict=True)):
+            neighbours = None if rows else self.neighbours.get(k)
+            counts += [len(couples.left), at[0], neighbours.capacity if neighbours else 0]
+            floats.append(neighbours.reference if neighbours else _NO_TABLES)
+            lists += self._lists(couples, at, places, neighbours, rows)
+        return floats, [np.array(counts, dtype=np.int64), flat, *lists]
+
+    def _lists(self, couples: Couples, at: list[int], places: Places, neighbours: Any, rows: bool) -> list[Any]:
+        """The four lists of a set of pairs."""
+        left = places[couples.left]
+        if couples.how == LISTED:
+            which = _NOTHING if couples.which is None else np.array(at, dtype=np.int64)[couples.which]
+            return [left, places[couples.right], which, _NOTHING]
+        if couples.how == NEAR:
+            if rows:
+                return [couples.near, _NOTHING, _NOTHING, _NOTHING]
+            return [left, neighbours.first, neighbours.partners, neighbours.work]
+        return [left, _NOTHING, _NOTHING, _NOTHING]
 
     def _to_tiles(self, numbers: Array) -> Array:
         """``numbers`` (slots, rows) in tiles; lanes that no row has repeat the last row, so that they hold nothing odd."""
         width = self.loop.slots.width
-        tiled = self._tiles_buffer.reshape(self.tiles, width, LANES)
+        tiled = self._tiles_buffer[: self._flat].reshape(self.tiles, width, LANES)
         for first, last, tile, end in self.parts:
             count = end - tile
             padded = np.empty((width, count * LANES))
@@ -213,13 +240,33 @@ class Program:
     def _from_tiles(self, buffer: Array, numbers: Array) -> None:
         """What a run changes, back into ``numbers``."""
         changing = self.loop.slots.changing
-        tiled = buffer.reshape(self.tiles, self.loop.slots.width, LANES)
+        tiled = buffer[: self._flat].reshape(self.tiles, self.loop.slots.width, LANES)
         for (first, last, tile, end), _ in zip(self.parts, self.segments, strict=False):
             part = tiled[tile:end, :changing].transpose(1, 0, 2).reshape(changing, (end - tile) * LANES)
             numbers[:changing, first:last] = part[:, : last - first]
 
 
 _NO_TABLES = np.zeros(1)
+_NOTHING = np.zeros(1, dtype=np.int64)
+SKIN = 0.12
+"""How much farther than the cutoff lists of neighbours reach, of the cutoff: they serve until a body has gone half of that."""
+
+
+class Neighbours:
+    """The list of neighbours of one set of pairs: buffers, kept from call to call."""
+
+    def __init__(self, count: int) -> None:
+        self.reference = np.full(6 * count, np.nan)
+        self.first = np.zeros(count + 1, dtype=np.int64)
+        self.work = np.zeros(room(count), dtype=np.int64)
+        self.capacity = 0
+        self.grow(16 * count + 16)
+
+    def grow(self, capacity: int) -> None:
+        """Make room for ``capacity`` pairs; the list has to be made again."""
+        self.capacity = capacity
+        self.partners = np.zeros(2 * capacity + 1, dtype=np.int64)
+        self.reference[:] = np.nan
 
 
 def values_of(law: Any, term: Term) -> list[float]:
@@ -228,7 +275,11 @@ def values_of(law: Any, term: Term) -> list[float]:
     for name, component in term.trace.parameters:
         value = getattr(law, name)
         numbers.append(float(value[component] if isinstance(value, tuple) else value))
-    return [*numbers, 1.0 if law.enabled else 0.0]
+    numbers.append(1.0 if law.enabled else 0.0)
+    if term.near:
+        reach = law.reach()
+        numbers += [reach * reach, reach, reach * (1.0 + SKIN)]
+    return numbers
 
 
 __all__ = ["ALL", "COMPILED", "INTERPRETED", "LISTED", "NEAR", "NUMPY", "Couples", "Program", "Segment"]

@@ -25,11 +25,15 @@ SCENE = ("time", "up")
 
 
 class Term(NamedTuple):
-    """A law class in a loop: ``accounted`` if a potential stands for its force, ``switch`` if it can be put out by a number."""
+    """A law class in a loop.
+
+    ``accounted`` if a potential stands for its force, ``switch`` if it can be put out by a number, ``near`` if it has a cutoff.
+    """
 
     trace: LawTrace
     accounted: bool
     switch: bool = False
+    near: bool = False
 
     @property
     def of_velocity(self) -> bool:
@@ -38,8 +42,11 @@ class Term(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Numbers of an instance in the parameter table: its parameters, and whether it is on."""
-        return len(self.trace.parameters) + 1
+        """Numbers of an instance in the parameter table.
+
+        Its parameters, whether it is on, and of a cutoff the square, itself, and how far lists of neighbours reach.
+        """
+        return len(self.trace.parameters) + (4 if self.near else 1)
 
 
 def summation_order(terms: Sequence[Term]) -> list[int]:
@@ -50,7 +57,7 @@ def summation_order(terms: Sequence[Term]) -> list[int]:
 class Slots:
     """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
 
-    def __init__(self, columns: Iterable[str], coupled: bool, velocity_pairs: bool, stored_work: bool) -> None:
+    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
         for name, width in CHANGING.items():
@@ -61,23 +68,32 @@ class Slots:
         self._add("inverse_mass", 1)
         if stored_work:
             self._add("stored_working", 3)
-        if coupled:
-            for name in ("middle", "pull", "pull_working"):
-                self._add(name, 3)
-        if velocity_pairs:
-            for name in ("middle_velocity", "push", "push_working"):
+        if pairs:
+            self._add("middle", 3)
+        if any(term.of_velocity for term in pairs):
+            self._add("middle_velocity", 3)
+        for term in pairs:
+            for name in sums_of(term):
                 self._add(name, 3)
         self.columns = tuple(columns)
         for name in self.columns:
             self._add(name, WIDTHS.get(name, 1))
 
     def _add(self, name: str, width: int) -> None:
+        if name in self.first:
+            return
         self.first[name] = self.width
         self.width += width
 
     def at(self, name: str, component: int = 0) -> int:
         """The distance of a component from the first number of its row, in a tile."""
         return (self.first[name] + component) * LANES
+
+
+def sums_of(term: Term) -> tuple[str, ...]:
+    """The slots that sum the force of a pair law: found once a step, or again with the velocity of the middle; and what works."""
+    name = "push" if term.of_velocity else "pull"
+    return (name,) if term.accounted else (name, f"{name}_working")
 
 
 def columns_of(terms: Iterable[Term]) -> tuple[str, ...]:
@@ -121,4 +137,15 @@ def shared_nodes(outputs: Sequence[Node], without: set[int]) -> list[Node]:
     return list(wanted.values())
 
 
-__all__ = ["LANES", "Input", "Slots", "Term", "columns_of", "depends", "rowwise", "shared_nodes", "summation_order"]
+__all__ = [
+    "LANES",
+    "Input",
+    "Slots",
+    "Term",
+    "columns_of",
+    "depends",
+    "rowwise",
+    "shared_nodes",
+    "summation_order",
+    "sums_of",
+]

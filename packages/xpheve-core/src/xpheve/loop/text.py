@@ -6,11 +6,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from xpheve.loop.array_couples import ArrayPairText
-from xpheve.loop.couples import LISTED, PairText
+from xpheve.loop.couples import LISTED, NEAR, PairText
 from xpheve.loop.fields import AXES, ORIGIN, FieldText
 from xpheve.loop.terms import LANES, Slots, Term, columns_of
 
 CALL = "s, p, w, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
+
+
+REFERENCES = 3
+"""The first of the buffers with places at which lists of neighbours were made."""
+PER_COUPLES, FIRST_COUPLES = 3, 4
+"""Counts of each set of pairs: how many pairs (or rows), where its parameters are, room in the list of neighbours."""
+LISTS_PER_COUPLES = 4
 
 
 class PairKind(NamedTuple):
@@ -24,9 +31,10 @@ class PairKind(NamedTuple):
 class LoopText:
     """The text for rows of ``kinds`` (law sets) and pairs of ``pair_kinds``, as tiles, or for NumPy with ``arrays``.
 
-    The buffers of the entry: ``f`` = state, parameters, tables; ``n`` = counts, segments (kind, first, last, lanes of the last tile, place of the
-    parameters), then three for each pair kind. Counts: segments, steps, number of the first step on the grid, tiles (or rows), then for each pair
-    kind how many pairs (or rows) and where its parameters are.
+    The buffers of the entry: ``f`` = state, parameters, tables, then one for each set of pairs (places at which a list of neighbours was made);
+    ``n`` = counts, segments (kind, first, last, lanes of the last tile, place of the parameters), then four for each set of pairs. Counts:
+    segments, steps, number of the first step on the grid, tiles (or rows), then three for each set of pairs. The entry gives 0, or k + 1 if it
+    stopped before step k for want of room in a list of neighbours; how much is wanted stands in the counts then.
     """
 
     def __init__(self, kinds: Sequence[tuple[Term, ...]], pair_kinds: Sequence[PairKind], stored_work: bool) -> None:
@@ -34,7 +42,7 @@ class LoopText:
         terms = [term for kind in kinds for term in kind] + [kind.term for kind in pair_kinds]
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
-        self.slots = Slots(columns_of(terms), self.coupled, self.velocity_pairs, stored_work)
+        self.slots = Slots(columns_of(terms), [kind.term for kind in pair_kinds], stored_work)
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
     def text(self, arrays: bool) -> str:
@@ -49,7 +57,7 @@ class LoopText:
             lines += maker(number, pair.term, self.slots, pair.how, pair.shared).function()
         if self.coupled:
             lines += self._middles(arrays)
-        return "\n".join([*lines, *self._entry()]) + "\n"
+        return "\n".join([*lines, *self._entry(arrays)]) + "\n"
 
     def _fields(self, number: int, kind: tuple[Term, ...], arrays: bool) -> FieldText:
         return FieldText(number, kind, self.slots, self.stored_work, arrays)
@@ -63,12 +71,8 @@ class LoopText:
 
         zero = "np.zeros(last - first)" if arrays else "0.0"
         middles = [f"{place('middle', c)} = {place('position', c)} + half * {place('velocity', c)}" for c in range(3)]
-        middles += [f"{place(name, c)} = {zero}" for name in ("pull", "pull_working") for c in range(3)]
-        pushes = (
-            [f"{place(name, c)} = {zero}" for name in ("push", "push_working") for c in range(3)]
-            if self.velocity_pairs
-            else []
-        )
+        middles += [f"{place(name, c)} = {zero}" for name in self._sums("pull") for c in range(3)]
+        pushes = [f"{place(name, c)} = {zero}" for name in self._sums("push") for c in range(3)]
         lines: list[str] = []
         for name, body in (("middles", middles), ("no_push", pushes)):
             if not body:
@@ -82,11 +86,16 @@ class LoopText:
             lines += ["    return 0", ""]
         return lines
 
-    def _entry(self) -> list[str]:
+    def _sums(self, kind: str) -> list[str]:
+        """The slots that sum pair forces of a kind."""
+        return [name for name in (kind, f"{kind}_working") if name in self.slots.first]
+
+    def _entry(self, arrays: bool) -> list[str]:
         head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    w = f[2]", "    c = n[0]", "    g = n[1]"]
         head += ["    steps = c[1]", "    number = c[2]"]
         if not self.coupled:
             return [*head, *self._segments("fields", "0", "steps", "    "), "    return 0"]
+        head.append(f"    z = c[3] * {self.slots.width * LANES}")
         step: list[str] = ["middles(s, p, 0, c[3])"]
         if self.reads_time:
             step.append(
@@ -94,14 +103,14 @@ class LoopText:
             )
         else:
             step.append("now = 0.0")
-        step += self._pairs(False, "position")
+        step += self._pairs(False, "position", arrays)
         if self.velocity_pairs:
             step += [
                 "no_push(s, p, 0, c[3])",
-                *self._pairs(True, "velocity"),
+                *self._pairs(True, "velocity", arrays),
                 *self._segments("halves", "t", "t + 1", ""),
             ]
-            step += ["no_push(s, p, 0, c[3])", *self._pairs(True, "middle_velocity")]
+            step += ["no_push(s, p, 0, c[3])", *self._pairs(True, "middle_velocity", arrays)]
         step += self._segments("fields", "t", "t + 1", "")
         return [*head, "    for t in range(steps):", *(f"        {line}" for line in step), "    return 0"]
 
@@ -114,17 +123,30 @@ class LoopText:
             ]
         return [indent + line for line in lines]
 
-    def _pairs(self, of_velocity: bool, speeds: str) -> list[str]:
+    def _pairs(self, of_velocity: bool, speeds: str, arrays: bool) -> list[str]:
         lines = []
         for number, pair in enumerate(self.pair_kinds):
             if pair.term.of_velocity == of_velocity:
-                at = 2 + 3 * number
-                count, place = f"c[{4 + 2 * number}]", f"c[{5 + 2 * number}]"
+                at, c = 2 + LISTS_PER_COUPLES * number, FIRST_COUPLES + PER_COUPLES * number
                 where = self.slots.at(speeds)
-                lines.append(
-                    f"pairs_{number}(s, p, w, n[{at}], n[{at + 1}], n[{at + 2}], {place}, {count}, {where}, now)"
-                )
+                if pair.how == NEAR and not arrays and speeds != "middle_velocity":
+                    lines += self._neighbours(number, pair, at, c)
+                lists = f"n[{at}], n[{at + 1}], n[{at + 2}]"
+                lines.append(f"pairs_{number}(s, p, w, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
         return lines
+
+    def _neighbours(self, number: int, pair: PairKind, at: int, c: int) -> list[str]:
+        """Make the list of neighbours again where it no longer serves."""
+        slot, reference = self.slots.at("middle"), f"f[{REFERENCES + number}]"
+        cutoff, reach = f"p[c[{c + 1}] + {pair.term.size - 2}]", f"p[c[{c + 1}] + {pair.term.size - 1}]"
+        return [
+            f"moved = neighbours__moved(s, n[{at}], {slot}, c[{c}], {reference})",
+            f"if not neighbours__serves(moved, {cutoff}, {reach}):",
+            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
+            "    if found < 0:",
+            f"        c[{c + 2}] = -found",
+            "        return t + 1",
+        ]
 
 
 __all__ = ["AXES", "LISTED", "LoopText", "PairKind"]

@@ -17,10 +17,12 @@ from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.mapping import Mapping
-from xpheve.plan.pairs import PairSet, add_opposite
+from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
+LISTABLE = 20_000_000
+"""Pairs whose list memory bears."""
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -251,7 +253,11 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        return len(self.rows) + sum(pairs.count for _, pairs in self.pairs)
+        found = len(self.rows)
+        for law, pairs in self.pairs:
+            near = law.named is None and math.isfinite(law.reach())
+            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+        return found
 
     @property
     def held(self) -> Any:
@@ -263,10 +269,12 @@ class BatchSources:
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
+            elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
+                self.why_alone = f"more than {LISTABLE} pairs between objects that are named"
             elif alone:
                 self.why_alone = f"evaluated law by law: {', '.join(alone)}"
             else:
-                self._program = BatchProgram(self.world, self.rows, self.laws, terms)  # type: ignore[arg-type]
+                self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
 
     def renew(self) -> None:

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
-from xpheve.laws import ContinuousLaw, PhysicalLaw, ResponseLaw
+from xpheve.laws import ContinuousLaw, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.plan.explain_loops import costs, kernel_line, kernels, law_lines, loop_lines, loop_of, told_of
 from xpheve.plan.order import order_report
 from xpheve.plan.wakeups.wakeups import SERVERS
@@ -147,6 +147,8 @@ def _law(
         "skipped_because": why if own.evaluations == 0 or how == "stored" else "",
         "reads": sorted(world.constant.get(law, ())) if isinstance(law, ContinuousLaw) else [],
         "potential": isinstance(law, ContinuousLaw) and law.defines("potential"),
+        "pairs": _pairs(law, objects) if isinstance(law, PairLaw) else "",
+        "cutoff": _finite(law.reach()) if isinstance(law, PairLaw) else None,
         "parameters": {k: list(v) if isinstance(v, tuple) else v for k, v in law.parameters.items()},
         "kind": "constant" if how == "stored" else "",
         "operations": None,
@@ -157,6 +159,15 @@ def _law(
     if isinstance(law, ContinuousLaw) and any(law in batch.laws for batch in world.batches):
         found |= told_of(world, law, shares, tiers)
     return found
+
+
+def _pairs(law: PairLaw, objects: int) -> str:
+    """Which pairs ``law`` acts on."""
+    if law.pairs is not None:
+        return f"{len(law.pairs)} given"
+    if law.between is not None:
+        return f"between {len(law.between[0])} and {len(law.between[1])} objects"
+    return f"all of {objects} objects"
 
 
 def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
@@ -254,6 +265,9 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines.append(
             f"{name:<34}{law['how']:<16}{law['objects']:>8}{law['evaluations']:>13}  {law['skipped_because'] or '-'}"
         )
+        if law["pairs"]:
+            cutoff = "" if law["cutoff"] is None else f", cutoff {law['cutoff']:.9g} m"
+            lines.append(f"  pairs: {law['pairs']}{cutoff}")
     lines += law_lines(data["laws"])
     if data["conditions"]:
         lines += ["", "conditions"]

@@ -30,7 +30,9 @@ def loop_of(world: World, batch: Batch) -> dict[str, Any]:
     tier, because = _tier(world, batch, sources)
     calls = "one step in a call, each law called by itself" if tier == ALONE else _calls(world, batch, sources)
     kernel = None if tier == ALONE else sources.program.made(tier)
-    told = {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
+    told = (
+        {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
+    )
     return {"tier": tier, "tier_because": because, "calls": calls, "kernel": told}
 
 
@@ -111,7 +113,9 @@ def _trace_of(law: ContinuousLaw) -> Any:
         return None
 
 
-def told_of(world: World, law: ContinuousLaw, shares: dict[ContinuousLaw, float], tiers: dict[int, str]) -> dict[str, Any]:
+def told_of(
+    world: World, law: ContinuousLaw, shares: dict[ContinuousLaw, float], tiers: dict[int, str]
+) -> dict[str, Any]:
     """What is said of a law that is evaluated along the way; ``tiers`` are those of the batches, by number."""
     own = [tiers[batch.number] for batch in world.batches if law in batch.laws and batch.number in tiers]
     found = {

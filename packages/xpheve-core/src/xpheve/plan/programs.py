@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
-from xpheve.loop.program import ALL, LISTED, Couples, Program, Segment
+from xpheve.loop.program import ALL, LISTED, NEAR, Couples, Program, Segment
 from xpheve.loop.terms import Term
+from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
 from xpheve.trace.recorder import trace_law
 
@@ -22,7 +25,8 @@ def term_of(world: Any, law: ContinuousLaw) -> Term | None:
     trace = trace_law(law)
     if trace is None or law.defines("torque"):
         return None
-    return Term(trace, law.defines("potential"), world.is_switched(law))
+    near = isinstance(law, PairLaw) and math.isfinite(law.reach())
+    return Term(trace, law.defines("potential"), world.is_switched(law), near)
 
 
 class BatchProgram:
@@ -32,7 +36,14 @@ class BatchProgram:
     none, that act on it.
     """
 
-    def __init__(self, world: Any, rows: Rows, laws: Sequence[ContinuousLaw], terms: dict[ContinuousLaw, Term]) -> None:
+    def __init__(
+        self,
+        world: Any,
+        rows: Rows,
+        laws: Sequence[ContinuousLaw],
+        terms: dict[ContinuousLaw, Term],
+        pairs: Sequence[tuple[PairLaw, PairSet]],
+    ) -> None:
         self.world, self.rows = world, rows
         self.terms = terms
         objects = [world.bodies.objects[row] for row in rows.tolist()]
@@ -44,7 +55,7 @@ class BatchProgram:
         self.order: Places = np.lexsort((ranks, keys))
         segments = self._segments(keys[self.order], list(firsts))
         self.sources: Rows = np.zeros(0, dtype=np.int64)
-        couples = self._couples([law for law in laws if isinstance(law, PairLaw)])
+        couples = self._couples(pairs)
         stored_work = bool(world.bodies.arrays["working"][:, rows].any())
         self.program = Program(segments, couples, len(rows), len(self.sources), stored_work)
 
@@ -67,31 +78,42 @@ class BatchProgram:
 
     # Pairs
 
-    def _couples(self, laws: Sequence[PairLaw]) -> list[Couples]:
+    def _couples(self, pairs: Sequence[tuple[PairLaw, PairSet]]) -> list[Couples]:
         """The pairs of each class; rows that act and are not the batch's own become its sources."""
-        from xpheve.plan.evaluation import pairs_of
-
-        world = self.world
-        by_term: dict[Term, list[tuple[PairLaw, list[tuple[Any, Any]]]]] = {}
         own = set(self.rows.tolist())
-        for law in laws:
-            members = world.in_rank_order(world.mapping.objects(law))
-            pairs = [pair for pair in pairs_of(law, members) if pair[0]._row in own or pair[1]._row in own]
-            if pairs:
-                by_term.setdefault(self.terms[law], []).append((law, pairs))
-        used = {obj._row: obj for held in by_term.values() for _, pairs in held for pair in pairs for obj in pair}
+        used = {int(row) for _, one in pairs for row in one.used.tolist()} - own
+        objects = self.world.bodies.objects
         self.sources = np.array(
-            [obj._row for obj in world.in_rank_order(o for r, o in used.items() if r not in own)], dtype=np.int64
+            [obj._row for obj in self.world.in_rank_order(objects[row] for row in used)], dtype=np.int64
         )
-        places = {int(self.rows[k]): at for at, k in enumerate(self.order.tolist())}
-        places |= {row: len(self.rows) + at for at, row in enumerate(self.sources.tolist())}
+        self.place = np.full(self.world.bodies.count, -1, dtype=np.int64)
+        self.place[self.rows[self.order]] = np.arange(len(self.rows))
+        self.place[self.sources] = len(self.rows) + np.arange(len(self.sources))
+        listed: dict[Term, list[tuple[PairLaw, PairSet]]] = {}
         found = []
-        for term, held in by_term.items():
-            left = np.array([places[a._row] for _, pairs in held for a, _ in pairs], dtype=np.int64)
-            right = np.array([places[b._row] for _, pairs in held for _, b in pairs], dtype=np.int64)
-            which = np.repeat(np.arange(len(held)), [len(pairs) for _, pairs in held]) if len(held) > 1 else None
-            found.append(Couples(term, tuple(law for law, _ in held), LISTED, left, right, which))
-        return found
+        for law, one in pairs:
+            term = self.terms[law]
+            if law.named is not None:
+                listed.setdefault(term, []).append((law, one))
+            elif one.count:
+                rows = self.place[one.used]
+                near = partial(self._near, one) if term.near else None
+                found.append(Couples(term, (law,), NEAR if term.near else ALL, rows, rows[:0], None, near))
+        return [*(self._listed(term, held) for term, held in listed.items()), *found]
+
+    def _listed(self, term: Term, held: list[tuple[PairLaw, PairSet]]) -> Couples:
+        parts = [one.every() for _, one in held]
+        left, right = (self.place[np.concatenate([part[k] for part in parts])] for k in (0, 1))
+        which = np.repeat(np.arange(len(held)), [len(part[0]) for part in parts]) if len(held) > 1 else None
+        return Couples(term, tuple(law for law, _ in held), LISTED, left, right, which)
+
+    def _near(self, pairs: PairSet, places: Array) -> Iterator[tuple[Places, Places]]:
+        """Rows of the program that are near one another, by the places (3, rows) that they have."""
+        position = np.full((3, len(self.place)), np.nan)
+        mine = np.concatenate([self.rows[self.order], self.sources])
+        position[:, mine] = places[:3]
+        for a, b in pairs.chunks(position):
+            yield self.place[a], self.place[b]
 
     # Numbers
 

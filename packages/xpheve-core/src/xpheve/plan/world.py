@@ -35,7 +35,7 @@ from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
-STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
+STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end

@@ -109,6 +109,10 @@ class Sources(Protocol):
         """Run the program over ``numbers``, in place."""
         ...
 
+    def label(self, place: int) -> str:
+        """The object at ``place`` of the program."""
+        ...
+
     def unpack(self, numbers: Array) -> dict[str, Array]:
         """What a run changes, in the order of the batch's rows."""
         ...

@@ -68,11 +68,12 @@ def trace_law(law: ContinuousLaw, columns: Iterable[str] | None = None) -> LawTr
     """
     if why_untraced(law):
         return None
+    columns = None if columns is None else list(columns)
     known = _TRACES.setdefault(type(law), {})
     key = _structure(law)
     found = known.get(key)
     if found is None:
-        found = _traced_twice(law)
+        found = _traced_twice(law, columns)
     _check_columns(law, found.graph, columns)
     known[key] = found
     return found
@@ -90,33 +91,37 @@ def _structure(law: ContinuousLaw) -> tuple[Any, ...]:
     )
 
 
-def _traced_twice(law: ContinuousLaw) -> LawTrace:
+def _traced_twice(law: ContinuousLaw, columns: Iterable[str] | None) -> LawTrace:
     before = _chance()
-    first = _traced(law)
+    first = _traced(law, columns)
     if _chance() != before:
         raise TraceError(
             f"{law.label()}: the formula draws random numbers: how often it is called is the stepper's affair. "
             "Draw them in a free-form law, from self.random, which sets a column or a parameter"
         )
-    second = _traced(law)
+    second = _traced(law, columns)
     _check_same(law.label(), first.graph.nodes, second.graph.nodes)
     _check_same(law.label(), _outputs(first), _outputs(second))
     return first
 
 
-def _traced(law: ContinuousLaw) -> LawTrace:
+def _traced(law: ContinuousLaw, columns: Iterable[str] | None) -> LawTrace:
     """One reading of all methods of ``law``."""
     recording = Recording(law.label(), isinstance(law, PairLaw))
     shadow = shadow_of(law, recording)
     bodies = [TracedBody(recording, law.columns, side) for side in (("a", "b") if recording.pair else ("",))]
     read: dict[str, Any] = dict.fromkeys(UNITS)
-    for method, unit in UNITS.items():
-        if law.defines(method):
-            recording.method = method
-            result = _called(recording, shadow, method, bodies)
-            nodes = _number_of(recording, result) if method == "potential" else _vector_of(recording, result)
-            _check_dimension(recording, nodes, dimension(unit), unit)
-            read[method] = nodes[0] if method == "potential" else nodes
+    try:
+        for method, unit in UNITS.items():
+            if law.defines(method):
+                recording.method = method
+                result = _called(recording, shadow, method, bodies)
+                nodes = _number_of(recording, result) if method == "potential" else _vector_of(recording, result)
+                _check_dimension(recording, nodes, dimension(unit), unit)
+                read[method] = nodes[0] if method == "potential" else nodes
+    except TraceError:
+        _check_columns(law, recording.graph, columns)  # a slip of the finger is the better news
+        raise
     return LawTrace(recording.label, recording.pair, recording.graph, read["force"], read["torque"], read["potential"])
 
 
@@ -205,7 +210,7 @@ def _described(values: Traced) -> str:
 def _check_dimension(recording: Recording, nodes: Sequence[Node], wanted: Dimension, unit: str) -> None:
     """Raise `DimensionError` unless ``nodes`` are in ``unit``. A plain number of the text is taken to be in it."""
     for node in nodes:
-        if node.op == "const" or node.dim is None or equal(node.dim, wanted):
+        if node.dim is None or equal(node.dim, wanted) or (node.op == "const" and equal(node.dim, NONE)):
             continue
         called = name_of(tuple(round(one, 9) for one in node.dim))
         text = f"{recording.where} returns {show(node.dim)}{f' ({called})' if called else ''}, not {unit}. {at(node.place)}"
@@ -280,6 +285,11 @@ def _essence(node: Node) -> tuple[Any, ...]:
 
 def _chance() -> tuple[Any, ...]:
     """States of the random generators that all modules share."""
-    numpy_random = sys.modules.get("numpy.random.mtrand")
-    legacy = numpy_random._rand._bit_generator.state["state"] if numpy_random is not None else {}
-    return random.getstate(), legacy.get("pos"), bytes(memoryview(legacy.get("key", b"")))
+    found: tuple[Any, ...] = (random.getstate(),)
+    if "numpy.random" in sys.modules:
+        state = np.random.get_state(legacy=False)  # noqa: NPY002
+        words = {
+            name: value.tobytes() if isinstance(value, np.ndarray) else value for name, value in state["state"].items()
+        }
+        found += (words, state.get("has_gauss"))
+    return found

@@ -122,7 +122,7 @@ class Shadow(metaclass=ShadowType):
             return object.__getattribute__(self, name)
         if name == "parameters":
             return MappingProxyType({key: _parameter(recording, law, key) for key in law.params})
-        if name in law.__dict__ and not isinstance(_static(law, name), (Param, Constant)):
+        if name in law.__dict__ and not isinstance(_static(law, name, None), (Param, Constant)):
             recording.refuse(_undeclared(name, law.__dict__[name], "was set on the law by hand"))
         return _of_class(kind, self, name)
 
@@ -145,11 +145,13 @@ def shadow_of(law: ContinuousLaw, recording: Recording) -> Any:
     return made(kind)
 
 
-def _static(law: ContinuousLaw, name: str) -> Any:
-    """What the law's class, or the nearest parent that has it, says ``name`` is; raises `AttributeError`."""
+def _static(law: ContinuousLaw, name: str, *default: Any) -> Any:
+    """What the law's class, or the nearest parent that has it, says ``name`` is, unbound; else ``default``, or `AttributeError`."""
     for base in type(law).__mro__:
         if name in base.__dict__:
             return base.__dict__[name]
+    if default:
+        return default[0]
     raise AttributeError(f"{type(law).__name__!r} object has no attribute {name!r}", name=name)
 
 

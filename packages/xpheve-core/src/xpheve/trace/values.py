@@ -224,6 +224,8 @@ class Traced:
         width = self.form.width or 0
         if isinstance(one, slice):
             which = range(width)[one]
+            if not which:
+                self.recording.refuse(f"[{_shown(key)}]: there are {width} components, and none of them is taken")
             return which, Form(self.form.each, len(which)), False
         if isinstance(one, (int, np.integer)) and not isinstance(one, bool):
             if not -width <= one < width:
