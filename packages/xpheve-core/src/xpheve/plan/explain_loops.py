@@ -86,9 +86,7 @@ def costs(world: World) -> dict[ContinuousLaw, float]:
         sources = world.sources(batch) if batch.state.count else None
         if sources is None:
             continue
-        counts = [(law, int(mask[sources.rows].sum())) for law, mask in sources.fields]
-        counts += [(law, pairs.count) for law, pairs in sources.pairs]
-        for law, count in counts:
+        for law, count in sources.counts():
             work[law] = work.get(law, 0.0) + count * _operations(law)
     total = sum(work.values())
     return {law: one / total for law, one in work.items()} if total else {}

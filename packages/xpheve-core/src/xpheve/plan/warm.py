@@ -34,7 +34,8 @@ def warm(engine: PhysicsEngine) -> Iterator[Warmed]:
     LawFailedError, TraceError, CompileError
         From the laws, and from the compiler.
     """
-    from xpheve.plan.tiers import COMPILED, choose_tier
+    from xpheve.loop.program import COMPILED
+    from xpheve.plan.tiers import choose_tier
 
     world = engine._world
     world.plan()
@@ -71,7 +72,7 @@ def warm_laws(kind: type[PhysicsEngine], registry: Any) -> Iterator[Warmed]:
 def _alone(kind: type[PhysicsEngine], registry: Any, ident: str) -> PhysicsEngine:
     engine = kind(registry=registry, compile="always")
     law = engine.add_law(ident)
-    columns = {name: 1.0 for name, column in law.columns.items() if math.isnan(column.default)}
+    columns: dict[str, Any] = {name: 1.0 for name, column in law.columns.items() if math.isnan(column.default)}
     for place, speed in zip(PLACES, SPEEDS, strict=True):
         engine.add_object(PhysicalObject(Sphere(0.1), position=place, velocity=speed, **columns), laws=[law])
     return engine
