@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, PairLaw, PhysicalLaw, ResponseLaw
+from xpheve.plan.energy import work_by
 from xpheve.plan.explain_loops import costs, kernel_line, kernels, law_lines, loop_lines, loop_of, told_of
 from xpheve.plan.order import order_report
 from xpheve.plan.wakeups.wakeups import SERVERS
@@ -68,7 +69,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
             "potential": energy.potential,
             "work": energy.work,
             "drift": drift(engine),
-            "work_by": dict(sorted(world.work.items())),
+            "work_by": work_by(world),
         },
         "real_time": engine.real_time_report(),
         "skipped": _skipped(world),
