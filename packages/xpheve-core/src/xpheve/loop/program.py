@@ -146,6 +146,10 @@ class Program:
             found = self._entries[tier] = self._make(tier)
         return found
 
+    def made(self, tier: str) -> Any:
+        """What runs the loop in ``tier`` if it was made already; None else."""
+        return self._entries.get(tier)
+
     def _make(self, tier: str) -> Callable[..., int]:
         if tier == NUMPY:
             return array_entry(self.text(arrays=True))

@@ -253,11 +253,18 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        found = len(self.rows)
-        for law, pairs in self.pairs:
-            near = law.named is None and math.isfinite(law.reach())
-            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
-        return found
+        return len(self.rows) + sum(self._acting(law, pairs) for law, pairs in self.pairs)
+
+    @staticmethod
+    def _acting(law: PairLaw, pairs: PairSet) -> int:
+        """About how many of ``pairs`` are near enough."""
+        near = law.named is None and math.isfinite(law.reach())
+        return min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+
+    def counts(self) -> list[tuple[ContinuousLaw, int]]:
+        """About how many rows, or pairs, each law acts on."""
+        fields: list[tuple[ContinuousLaw, int]] = [(law, int(mask[self.rows].sum())) for law, mask in self.fields]
+        return fields + [(law, self._acting(law, pairs)) for law, pairs in self.pairs]
 
     @property
     def held(self) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
@@ -28,16 +28,16 @@ from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
-from xpheve.trace.recorder import trace_law
 
 STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
+WISHES = ("auto", "always", "never")
+"""Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
@@ -189,16 +189,22 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
@@ -371,16 +377,6 @@ class World:
     def _twist_label(self, batch: Batch) -> str:
         return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
 
-    def work_by(self) -> dict[str, float]:
-        """Work [J] done over flights that are over, by label, in order; what steppers keep is among it."""
-        parts: dict[str, list[float]] = {label: [joules] for label, joules in self.work.items()}
-        for batch in self.batches:
-            if batch.stepper.books_work and batch.state.count:
-                kept = [v for name in ("work", "work_rest") for v in batch.state.arrays[name][0].tolist()]
-                if any(kept):
-                    parts.setdefault(self._label(batch), []).extend(kept)
-        return {label: math.fsum(values) for label, values in sorted(parts.items())}
-
     def take_work(self, batch: Batch, locals_: Sequence[int]) -> None:
         """Book what the stepper kept of the work done on rows of ``batch``."""
         kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
@@ -519,8 +515,18 @@ class World:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
         signature = sources.signature
         if signature not in self.tiers:
+            from xpheve.plan.tiers import choose_tier
+
             self.tiers[signature] = choose_tier(self.compile, sources.load)
         return self.tiers[signature]
+
+    def wish_compiled(self, wish: str) -> None:
+        """Compile by ``wish``: "auto", "always" or "never"; how each loop runs is chosen again when it runs next. Raises `InvalidValueError`."""
+        if not isinstance(wish, str) or wish not in WISHES:
+            raise InvalidValueError(f"compile = {wish!r}: choose 'auto', 'always' or 'never'")
+        if wish != self.compile:
+            self.compile = wish
+            self.tiers.clear()
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
