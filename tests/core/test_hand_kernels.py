@@ -193,7 +193,7 @@ def test_what_is_wrong_with_a_kernel_is_said_before_anything_moves(
     pack("lift", text)
     engine = xp.PhysicsEngine(up="z")
     with pytest.raises(error, match=match):
-        body = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)), laws=[engine.add_law(Lift)])
+        engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)), laws=[engine.add_law(Lift)])
         engine.run(until=1.0, dt=0.1)
     assert engine.time == 0.0
     assert [body.position for body in engine.objects] in ([], [(0.0, 0.0, 0.0)])

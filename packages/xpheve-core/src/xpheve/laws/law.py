@@ -407,11 +407,10 @@ def _pairs(pairs: Any, label: str) -> tuple[tuple[PhysicalObject, PhysicalObject
 
     found = []
     seen: set[frozenset[PhysicalObject]] = set()
-    try:
-        given = [tuple(pair) for pair in pairs]
-    except TypeError:
-        raise InvalidValueError(f"{label}: pairs = {pairs!r}: a list of pairs of objects is needed") from None
-    for k, pair in enumerate(given):
+    given: list[Any] = list(pairs) if isinstance(pairs, Iterable) else [None]
+    if not all(isinstance(pair, Iterable) for pair in given):
+        raise InvalidValueError(f"{label}: pairs = {repr(pairs)[:200]}: a list of pairs of objects is needed")
+    for k, pair in enumerate(tuple(one) for one in given):
         if len(pair) != 2 or not all(isinstance(obj, PhysicalObject) for obj in pair):
             raise InvalidValueError(f"{label}: pairs[{k}] = {pair!r}: two objects are needed")
         a, b = pair

@@ -49,7 +49,7 @@ class ArrayPairText(PairText):
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
         inner = [*self._loads("a"), *self._loads("b")]
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
         else:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from xpheve.loop.fields import AXES, PARAMETERS, UP
-from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes, sums_of
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
 LISTED, ALL, NEAR = "listed", "all", "near"
 """Which pairs: those of a list; all of a list of rows; those of a list of rows that are near one another, found through cells."""
+
+
+GATHERED = 64
+"""Partners of a row that are gathered at a time."""
 
 
 class PairText:
@@ -76,11 +82,8 @@ class PairText:
             return f"speeds + {one.component * LANES}"
         return str(self.slots.at(one.name, one.component))
 
-    def _targets(self) -> list[str]:
-        names = ["push" if self.term.of_velocity else "pull"]
-        if not self.term.accounted:
-            names.append(f"{names[0]}_working")
-        return names
+    def _targets(self) -> tuple[str, ...]:
+        return sums_of(self.term)
 
     @property
     def _reach(self) -> str:
@@ -116,7 +119,7 @@ class PairText:
     def _listed(self) -> list[str]:
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now):"]
+        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
         inner = ["a = left[k]", "b = right[k]"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
@@ -130,25 +133,53 @@ class PairText:
         return [*head, "    for k in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
 
     def _of_rows(self) -> list[str]:
-        """All pairs of rows, or those within reach, row by row: what acts on the first of them is summed in variables."""
+        """All pairs of rows, or those within reach, row by row.
+
+        The partners of a row are gathered, `GATHERED` at a time, into scratch of which compilers make vectors; what acts on the row is
+        summed in variables, pair after pair.
+        """
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
         targets = [(target, c) for target in self._targets() for c in range(3)]
-        gather = [f"r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
-        scatter = [f"s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
-        act = [*force, *(f"r{m} = r{m} + {names[c]}" for m, (_, c) in enumerate(targets)), *self._add("b", "-", names)]
-        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now):"]
+        inputs = self._inputs("b")
+        outputs = len(inputs)
+        gather = [f"s[l + {m * GATHERED}] = s[b + {self._place(one)}]" for m, one in enumerate(inputs)]
+        loads = [f"{_variable(one)} = s[l + {m * GATHERED}]" for m, one in enumerate(inputs)]
+        act = [*loads, *force]
+        if self.term.near:
+            act += [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+            act.append("near = d0 * d0 + d1 * d1 + d2 * d2 < reach_squared")
+            names = [f"({name} if near else 0.0)" for name in names]
+        act += [f"s[l + {(outputs + c) * GATHERED}] = {name}" for c, name in enumerate(names)]
+        spread = [f"e{c} = s[l + {(outputs + c) * GATHERED}]" for c in range(3)]
+        spread += [f"r{m} = r{m} + e{c}" for m, (_, c) in enumerate(targets)]
+        spread += self._add("b", "-", [f"e{c}" for c in range(3)])
+        partner = "rows[j + l - z]" if self.how == ALL else "rows[partners[j + l - z]]"
+        lanes = f"for l in range(z, z + min({GATHERED}, end - j)):"
+        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now, z):"]
         head += [f"    {line}" for line in parameters + fixed]
-        body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a") + gather)]
         if self.term.near:
             head.append(f"    reach_squared = {self._reach}")
-        if self.how == ALL:
-            body += ["    for j in range(i + 1, count):", "        b = rows[j]"]
-        else:
-            body += ["    for m in range(first[i], first[i + 1]):", "        b = rows[partners[m]]"]
-        body += [f"        {line}" for line in [*self._loads("b"), *self._near(act)]]
-        body += [f"    {line}" for line in scatter]
+        body = ["for i in range(count):", "    a = rows[i]", *(f"    {line}" for line in self._loads("a"))]
+        body += [f"    r{m} = s[a + {self.slots.at(target, c)}]" for m, (target, c) in enumerate(targets)]
+        body += (
+            ["    begin = i + 1", "    end = count"]
+            if self.how == ALL
+            else ["    begin = first[i]", "    end = first[i + 1]"]
+        )
+        body.append(f"    for j in range(begin, end, {GATHERED}):")
+        for lines in ([f"b = {partner}", *gather], act, [f"b = {partner}", *spread]):
+            body += [f"        {lanes}", *(f"            {line}" for line in lines)]
+        body += [f"    s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
         return [*head, *(f"    {line}" for line in body), "    return 0", ""]
+
+
+def scratch(terms: Iterable[Term]) -> int:
+    """Numbers of scratch behind the tiles that `PairText` needs."""
+    inputs = max(
+        (3 + len({n.value for n in walk(term.trace.force or ()) if n.op == "input"}) for term in terms), default=0
+    )
+    return (inputs + 3) * GATHERED
 
 
 def _variable(one: Input) -> str:
@@ -156,4 +187,4 @@ def _variable(one: Input) -> str:
     return f"{one.side}_{one.name}{one.component or ''}"
 
 
-__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText"]
+__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText", "scratch"]

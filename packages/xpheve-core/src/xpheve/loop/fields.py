@@ -52,7 +52,11 @@ class FieldText:
         for k, term in enumerate(terms):
             self.writers.append(self._writer(k, term, offset))
             offset += term.size
-        self.working = stored_work or self.pulled or any(not term.accounted for term in terms)
+        self.working = (
+            stored_work
+            or bool({"pull_working", "push_working"} & slots.first.keys())
+            or any(not term.accounted for term in terms)
+        )
 
     @property
     def reads_time(self) -> bool:
@@ -275,8 +279,8 @@ class FieldText:
             self.body.append(f"d{axis} = g * (v{axis} + gh * a{axis})")
         if self.working:
             parts = [
-                *([self._slot("pull_working")] if self.pulled else []),
-                *([self._slot("push_working")] if self.pushed else []),
+                *([self._slot("pull_working")] if "pull_working" in self.slots.first else []),
+                *([self._slot("push_working")] if "push_working" in self.slots.first else []),
                 *working,
             ]
             names = self._sum("z", parts)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from xpheve.kernels.clock import Instant
 from xpheve.kernels.neighbours import room
 from xpheve.loop.array_run import array_entry
-from xpheve.loop.couples import ALL, LISTED, NEAR
+from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
 from xpheve.loop.terms import LANES, Term
 from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
@@ -82,7 +82,8 @@ class Program:
         self.neighbours = {k: Neighbours(len(one.left)) for k, one in enumerate(self.couples) if one.how == NEAR}
         self._table: Array | None = None
         self._entries: dict[str, Callable[..., int]] = {}
-        self._tiles_buffer = np.zeros(self.tiles * self.loop.slots.width * LANES)
+        self._flat = self.tiles * self.loop.slots.width * LANES
+        self._tiles_buffer = np.zeros(self._flat + scratch(one.term for one in couples))
 
     # Numbers
 
@@ -160,6 +161,10 @@ class Program:
         if found is None:
             found = self._entries[tier] = self._make(tier)
         return found
+
+    def made(self, tier: str) -> Any:
+        """What runs the loop in ``tier`` if it was made already; None else."""
+        return self._entries.get(tier)
 
     def _make(self, tier: str) -> Callable[..., int]:
         files = self.files
@@ -243,7 +248,7 @@ class Program:
     def _to_tiles(self, numbers: Array) -> Array:
         """``numbers`` (slots, rows) in tiles; lanes that no row has repeat the last row, so that they hold nothing odd."""
         width = self.loop.slots.width
-        tiled = self._tiles_buffer.reshape(self.tiles, width, LANES)
+        tiled = self._tiles_buffer[: self._flat].reshape(self.tiles, width, LANES)
         for first, last, tile, end in self.parts:
             count = end - tile
             padded = np.empty((width, count * LANES))
@@ -255,7 +260,7 @@ class Program:
     def _from_tiles(self, buffer: Array, numbers: Array) -> None:
         """What a run changes, back into ``numbers``."""
         changing = self.loop.slots.changing
-        tiled = buffer.reshape(self.tiles, self.loop.slots.width, LANES)
+        tiled = buffer[: self._flat].reshape(self.tiles, self.loop.slots.width, LANES)
         for (first, last, tile, end), _ in zip(self.parts, self.segments, strict=False):
             part = tiled[tile:end, :changing].transpose(1, 0, 2).reshape(changing, (end - tile) * LANES)
             numbers[:changing, first:last] = part[:, : last - first]

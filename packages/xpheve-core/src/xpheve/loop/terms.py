@@ -66,9 +66,7 @@ def summation_order(terms: Sequence[Term]) -> list[int]:
 class Slots:
     """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
 
-    def __init__(
-        self, columns: Iterable[str], coupled: bool, velocity_pairs: bool, stored_work: bool, turning: bool = False
-    ) -> None:
+    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
         self.run = CHANGING | TURNING if turning else CHANGING
@@ -83,23 +81,34 @@ class Slots:
             self._add(name, width)
         if stored_work:
             self._add("stored_working", 3)
-        if coupled:
-            for name in ("middle", "pull", "pull_working"):
-                self._add(name, 3)
-        if velocity_pairs:
-            for name in ("middle_velocity", "push", "push_working", *(("middle_spin",) if turning else ())):
+        if pairs:
+            self._add("middle", 3)
+        if any(term.of_velocity for term in pairs):
+            self._add("middle_velocity", 3)
+            if turning:
+                self._add("middle_spin", 3)
+        for term in pairs:
+            for name in sums_of(term):
                 self._add(name, 3)
         self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
             self._add(name, WIDTHS.get(name, 1))
 
     def _add(self, name: str, width: int) -> None:
+        if name in self.first:
+            return
         self.first[name] = self.width
         self.width += width
 
     def at(self, name: str, component: int = 0) -> int:
         """The distance of a component from the first number of its row, in a tile."""
         return (self.first[name] + component) * LANES
+
+
+def sums_of(term: Term) -> tuple[str, ...]:
+    """The slots that sum the force of a pair law: found once a step, or again with the velocity of the middle; and what works."""
+    name = "push" if term.of_velocity else "pull"
+    return (name,) if term.accounted else (name, f"{name}_working")
 
 
 def columns_of(terms: Iterable[Term], turning: bool = False) -> tuple[str, ...]:
@@ -144,4 +153,15 @@ def shared_nodes(outputs: Sequence[Node], without: set[int]) -> list[Node]:
     return list(wanted.values())
 
 
-__all__ = ["LANES", "Input", "Slots", "Term", "columns_of", "depends", "rowwise", "shared_nodes", "summation_order"]
+__all__ = [
+    "LANES",
+    "Input",
+    "Slots",
+    "Term",
+    "columns_of",
+    "depends",
+    "rowwise",
+    "shared_nodes",
+    "summation_order",
+    "sums_of",
+]

@@ -53,7 +53,7 @@ class LoopText:
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
-        self.slots = Slots(columns_of(terms, turns), self.coupled, self.velocity_pairs, stored_work, turns)
+        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
     def text(self, arrays: bool) -> str:
@@ -83,12 +83,8 @@ class LoopText:
 
         zero = "np.zeros(last - first)" if arrays else "0.0"
         middles = [f"{place('middle', c)} = {place('position', c)} + half * {place('velocity', c)}" for c in range(3)]
-        middles += [f"{place(name, c)} = {zero}" for name in ("pull", "pull_working") for c in range(3)]
-        pushes = (
-            [f"{place(name, c)} = {zero}" for name in ("push", "push_working") for c in range(3)]
-            if self.velocity_pairs
-            else []
-        )
+        middles += [f"{place(name, c)} = {zero}" for name in self._sums("pull") for c in range(3)]
+        pushes = [f"{place(name, c)} = {zero}" for name in self._sums("push") for c in range(3)]
         lines: list[str] = []
         for name, body in (("middles", middles), ("no_push", pushes)):
             if not body:
@@ -102,11 +98,16 @@ class LoopText:
             lines += ["    return 0", ""]
         return lines
 
+    def _sums(self, kind: str) -> list[str]:
+        """The slots that sum pair forces of a kind."""
+        return [name for name in (kind, f"{kind}_working") if name in self.slots.first]
+
     def _entry(self, arrays: bool) -> list[str]:
         head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    w = f[2]", "    c = n[0]", "    g = n[1]"]
         head += ["    steps = c[1]", "    number = c[2]"]
         if not self.coupled:
             return [*head, *self._segments("fields", "0", "steps", "    "), "    return 0"]
+        head.append(f"    z = c[3] * {self.slots.width * LANES}")
         step: list[str] = ["middles(s, p, 0, c[3])"]
         if self.reads_time:
             step.append(
@@ -143,17 +144,19 @@ class LoopText:
                 if pair.how == NEAR and not arrays and speeds != "middle_velocity":
                     lines += self._neighbours(number, pair, at, c)
                 lists = f"n[{at}], n[{at + 1}], n[{at + 2}]"
-                lines.append(f"pairs_{number}(s, p, w, {lists}, c[{c + 1}], c[{c}], {where}, now)")
+                lines.append(f"pairs_{number}(s, p, w, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
         return lines
 
     def _neighbours(self, number: int, pair: PairKind, at: int, c: int) -> list[str]:
         """Make the list of neighbours again where it no longer serves."""
         slot, reference = self.slots.at("middle"), f"f[{REFERENCES + number}]"
         cutoff, reach = f"p[c[{c + 1}] + {pair.term.size - 2}]", f"p[c[{c + 1}] + {pair.term.size - 1}]"
+        rows = f"n[{at}]"
         return [
-            f"moved = neighbours__moved(s, n[{at}], {slot}, c[{c}], {reference})",
+            f"moved = neighbours__moved(s, {rows}, {slot}, c[{c}], {reference})",
             f"if not neighbours__serves(moved, {cutoff}, {reach}):",
-            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
+            f"    found = neighbours__build(s, {rows}, {slot}, c[{c}], {rows}, 0, {reach}, {reference},"
+            f" n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
             "    if found < 0:",
             f"        c[{c + 2}] = -found",
             "        return t + 1",

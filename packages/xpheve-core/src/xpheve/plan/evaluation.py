@@ -19,7 +19,7 @@ from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
-from xpheve.plan.pairs import PairSet, add_opposite
+from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
 
 Fetch = Callable[[str], Array]
@@ -300,7 +300,18 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        return len(self.rows) + sum(pairs.count for _, pairs in self.pairs)
+        return len(self.rows) + sum(self._acting(law, pairs) for law, pairs in self.pairs)
+
+    @staticmethod
+    def _acting(law: PairLaw, pairs: PairSet) -> int:
+        """About how many of ``pairs`` are near enough."""
+        near = law.named is None and math.isfinite(law.reach())
+        return min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+
+    def counts(self) -> list[tuple[ContinuousLaw, int]]:
+        """About how many rows, or pairs, each law acts on."""
+        fields: list[tuple[ContinuousLaw, int]] = [(law, int(mask[self.rows].sum())) for law, mask in self.fields]
+        return fields + [(law, self._acting(law, pairs)) for law, pairs in self.pairs]
 
     @property
     def held(self) -> Any:
@@ -337,6 +348,7 @@ class BatchSources:
 
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
+        self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
             self._program.forget_parameters()
 

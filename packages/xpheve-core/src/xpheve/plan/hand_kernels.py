@@ -12,16 +12,16 @@ import importlib.util
 import os
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from xpheve.errors import LawDefinitionError, LawFailedError
 from xpheve.laws import ContinuousLaw, PairLaw
-from xpheve.loop.array_run import by_rows
-from xpheve.trace.graph import Graph, Node
-from xpheve.trace.law_trace import LawTrace
-from xpheve.trace.recorder import trace_law
+
+if TYPE_CHECKING:
+    from xpheve.trace.graph import Graph, Node
+    from xpheve.trace.law_trace import LawTrace
 
 WIDTHS = {"position": 3, "velocity": 3, "angular_velocity": 3, "orientation": 4, "inertia": 3, "up": 3}
 SINGLE = ("mass", "volume", "since", "time")
@@ -61,7 +61,11 @@ def is_by_hand(law: ContinuousLaw) -> bool:
 
 def formula_of(law: ContinuousLaw) -> LawTrace | None:
     """What ``law`` computes: its trace, or one that calls its kernel; None if it is plain Python."""
-    return hand_trace(law) if is_by_hand(law) else trace_law(law)
+    if is_by_hand(law):
+        return hand_trace(law)
+    from xpheve.trace.recorder import trace_law
+
+    return trace_law(law)
 
 
 def hand_kernel(law: ContinuousLaw) -> HandKernel:
@@ -158,6 +162,9 @@ def hand_trace(law: ContinuousLaw) -> LawTrace:
     )
     found = _TRACES.get(key)
     if found is None:
+        from xpheve.trace.graph import Graph
+        from xpheve.trace.law_trace import LawTrace
+
         graph = Graph(law.label(), check_dimensions=False)
         given = meanings(law, kernel)
         numbers = [node for argument in given for node in _nodes(graph, argument)]
@@ -192,6 +199,8 @@ def function_of(kernel: HandKernel) -> Callable[..., Any]:
 
 def force_by_rows(law: ContinuousLaw) -> Callable[..., Any]:
     """What takes views of the objects (two for pairs) and gives forces (n, 3)."""
+    from xpheve.loop.array_run import by_rows
+
     kernel = hand_kernel(law)
     given, function = meanings(law, kernel), function_of(kernel)
 

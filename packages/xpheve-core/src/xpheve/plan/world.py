@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
@@ -29,7 +29,6 @@ from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
@@ -37,7 +36,9 @@ from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 
-STRIDE = 2_000_000  # rows or pairs times steps in one call: some hundredths of a second, so that nobody waits long
+STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
+WISHES = ("auto", "always", "never")
+"""Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
@@ -511,8 +512,18 @@ class World:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
         signature = sources.signature
         if signature not in self.tiers:
+            from xpheve.plan.tiers import choose_tier
+
             self.tiers[signature] = choose_tier(self.compile, sources.load)
         return self.tiers[signature]
+
+    def wish_compiled(self, wish: str) -> None:
+        """Compile by ``wish``: "auto", "always" or "never"; how each loop runs is chosen again when it runs next. Raises `InvalidValueError`."""
+        if not isinstance(wish, str) or wish not in WISHES:
+            raise InvalidValueError(f"compile = {wish!r}: choose 'auto', 'always' or 'never'")
+        if wish != self.compile:
+            self.compile = wish
+            self.tiers.clear()
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
