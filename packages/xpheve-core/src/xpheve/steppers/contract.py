@@ -88,8 +88,13 @@ class Sources(Protocol):
     """Forces [N] of the last evaluation that no potential stands for, (3, rows); a stepper keeps them in
     ``state.arrays["working"]`` beside the flights they act over, so that their work is booked."""
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read."""
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read.
+
+        ``again``: as in the call before, but for velocities and orientations; what reads none of them is not evaluated.
+        """
         ...
 
     def joined(self, rows: Sequence[int]) -> list[int]:
