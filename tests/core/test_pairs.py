@@ -36,14 +36,15 @@ class Short(xp.PairLaw):
 
     id = "toy:short"
     cutoff = xp.Param(1.0, unit="m", gt=0, doc="c.")
+    strength, soft = xp.Constant(1.0, unit="J"), xp.Constant(0.01, unit="m^2")
 
     def force(self, a: Any, b: Any) -> Any:
         d = a.position - b.position
-        return d / (d.dot(d) + 0.01)
+        return self.strength * d / (d.dot(d) + self.soft)
 
     def potential(self, a: Any, b: Any) -> Any:
         d = a.position - b.position
-        return -0.5 * np.log((d.dot(d) + 0.01) / (self.cutoff**2 + 0.01))
+        return -0.5 * self.strength * np.log((d.dot(d) + self.soft) / (self.cutoff**2 + self.soft))
 
 
 def scene(law: Any, x: Any, *, fixed: Any = (), laws: bool = True) -> tuple[xp.PhysicsEngine, list[xp.PhysicalObject]]:
@@ -455,7 +456,7 @@ def test_the_engine_adds_forces_to_the_bits_of_a_loop_in_scalars(monkeypatch: py
                     sums[i][k] += f
                     sums[j][k] -= f
     for k, one in enumerate(o):
-        expected = (0.0, 0.0, 0.0) if one.fixed else tuple(f / one.mass * 0.0078125 for f in sums[k])
+        expected = (0.0, 0.0, 0.0) if one.fixed else tuple(f * (1.0 / one.mass) * 0.0078125 for f in sums[k])
         assert one.velocity == expected
 
 

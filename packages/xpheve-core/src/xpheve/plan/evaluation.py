@@ -302,6 +302,7 @@ class BatchSources:
         self.pairs: list[tuple[PairLaw, PairSet]] = []
         self._standing: dict[ContinuousLaw, _Acting] = {}
         """What the last evaluation found of laws that read neither velocity nor orientation."""
+        self._traces = {law: trace_law(law) for law in laws}
         self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
@@ -371,8 +372,8 @@ class BatchSources:
             self._program.program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
-        """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""
-        return self._program is None or self._program.terms[law].trace is trace
+        """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
+        return trace is not None and self._traces.get(law) is trace
 
     def pack(self, state: Any, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows."""
