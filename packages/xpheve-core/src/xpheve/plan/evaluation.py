@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -276,7 +277,7 @@ def is_constant(reads: set[str]) -> bool:
     return not (reads & STATE) and "time" not in reads
 
 
-class _Acting(NamedTuple):
+class _Effect(NamedTuple):
     """Force, torque and the force without potential of a law on some of the rows, (3, rows) each or None; and what it read."""
 
     which: Any
@@ -300,7 +301,7 @@ class BatchSources:
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
         self.pairs: list[tuple[PairLaw, PairSet]] = []
-        self._standing: dict[ContinuousLaw, _Acting] = {}
+        self._standing: dict[ContinuousLaw, _Effect] = {}
         """What the last evaluation found of laws that read neither velocity nor orientation."""
         self._traces = {law: trace_law(law) for law in laws}
         self.jumps: list[float] = self._jumps(objects)
@@ -319,9 +320,53 @@ class BatchSources:
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        self.twists = np.zeros(bodies.capacity, dtype=bool)
+        for law, mask in self.fields:
+            if law.defines("torque"):
+                self.twists |= mask
         self._program: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
+
+    @cached_property
+    def _readers(self) -> tuple[Any, Any]:
+        """Which rows obey a law that reads their orientation, and which one that reads their angular velocity."""
+        need, need_spin = np.zeros_like(self.twists), np.zeros_like(self.twists)
+        for law, mask in self.fields:
+            reads = self.world.reads_of(law)
+            if "orientation" in reads:
+                need |= mask
+            if "angular_velocity" in reads:
+                need_spin |= mask
+        return need, need_spin
+
+    @cached_property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        return any(map(self._reads_rotation, self.laws))
+
+    @cached_property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
+
+    def _reads_rotation(self, law: ContinuousLaw) -> bool:
+        trace = trace_law(law)
+        return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
+
+    def stepped(self, rows: Rows) -> Array:
+        """How ``rows`` turn; see `xpheve.steppers.contract.Sources`."""
+        arrays = self.world.bodies.arrays
+        torque = arrays["torque"][:, rows].any(axis=0)
+        need, need_spin = self._readers
+        if not (torque.any() or self.twists.any() or need.any() or need_spin.any()):
+            return np.zeros((1, len(rows)))
+        inertia = arrays["inertia"][:, rows]
+        spins = arrays["angular_velocity"][:, rows].any(axis=0)
+        uneven = (inertia[0] != inertia[1]) | (inertia[1] != inertia[2])
+        needed = spins & (need[rows] | (need_spin[rows] & uneven))
+        twisted = (inertia[0] > 0.0) & (torque | self.twists[rows])
+        return np.where(twisted, 2.0, np.where(needed, 1.0, 0.0))[None]
 
     def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
         """When [s] the force of a law on one of ``objects`` jumps, ascending."""
@@ -342,11 +387,18 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        found = len(self.rows)
-        for law, pairs in self.pairs:
-            near = law.named is None and math.isfinite(law.reach())
-            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
-        return found
+        return len(self.rows) + sum(self._acting(law, pairs) for law, pairs in self.pairs)
+
+    @staticmethod
+    def _acting(law: PairLaw, pairs: PairSet) -> int:
+        """About how many of ``pairs`` are near enough."""
+        near = law.named is None and math.isfinite(law.reach())
+        return min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+
+    def counts(self) -> list[tuple[ContinuousLaw, int]]:
+        """About how many rows, or pairs, each law acts on."""
+        fields: list[tuple[ContinuousLaw, int]] = [(law, int(mask[self.rows].sum())) for law, mask in self.fields]
+        return fields + [(law, self._acting(law, pairs)) for law, pairs in self.pairs]
 
     @property
     def held(self) -> Any:
@@ -368,8 +420,9 @@ class BatchSources:
 
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
+        self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
-            self._program.program.forget_parameters()
+            self._program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
@@ -426,22 +479,22 @@ class BatchSources:
         for law in (*self.masks, *self.sets):
             if not law.enabled:
                 continue
-            acting = known[law] if law in known else self._acting(law, rows, t, state)
-            if acting is None:
+            effect = known[law] if law in known else self._effect(law, rows, t, state)
+            if effect is None:
                 continue
             law.evaluations += law not in known
-            if not acting.reads & SPEED:
-                self._standing[law] = acting
-            reads_velocity |= bool(acting.reads & {"velocity", "angular_velocity"})
-            if acting.force is not None:
-                force[:, acting.which] += acting.force
-            if acting.working is not None:
-                self.working[:, acting.which] += acting.working
-            if acting.torque is not None:
-                torque[:, acting.which] += acting.torque
+            if not effect.reads & SPEED:
+                self._standing[law] = effect
+            reads_velocity |= bool(effect.reads & {"velocity", "angular_velocity"})
+            if effect.force is not None:
+                force[:, effect.which] += effect.force
+            if effect.working is not None:
+                self.working[:, effect.which] += effect.working
+            if effect.torque is not None:
+                torque[:, effect.which] += effect.torque
         return force, torque, reads_velocity
 
-    def _acting(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Acting | None:
+    def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:
         """What ``law`` does to ``rows``; None if it concerns none of them."""
         reads: set[str] = set()
         if law in self.masks:
@@ -454,13 +507,13 @@ class BatchSources:
             force, torque = self.world.evaluator.field(
                 law, rows[which], t[0], lambda name: state[name] if every else state[name][:, inside], reads
             )
-            return _Acting(which, force, torque, None if law.defines("potential") else force, reads)
+            return _Effect(which, force, torque, None if law.defines("potential") else force, reads)
         assert isinstance(law, PairLaw)
         return self._paired(law, self.sets[law], rows, t, state, reads)
 
     def _paired(
         self, law: PairLaw, pairs: PairSet, rows: Rows, t: Instant, state: dict[str, Array], reads: set[str]
-    ) -> _Acting | None:
+    ) -> _Effect | None:
         """The forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
         bodies: Bodies = self.world.bodies
         place = np.full(bodies.count, -1, dtype=np.int64)
@@ -492,4 +545,4 @@ class BatchSources:
             if len(self.hands):
                 by_hand = bodies.driven[a] | bodies.driven[b]
                 add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
-        return _Acting(slice(None), total, None, lent if law.defines("potential") else total, reads)
+        return _Effect(slice(None), total, None, lent if law.defines("potential") else total, reads)
