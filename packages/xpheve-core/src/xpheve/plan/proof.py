@@ -5,6 +5,7 @@ from __future__ import annotations
 from weakref import WeakValueDictionary
 
 from xpheve.laws import ContinuousLaw
+from xpheve.plan.hand_kernels import is_by_hand
 from xpheve.trace.law_trace import LawTrace
 
 _PROVEN: WeakValueDictionary[int, LawTrace] = WeakValueDictionary()
@@ -12,7 +13,7 @@ _PROVEN: WeakValueDictionary[int, LawTrace] = WeakValueDictionary()
 
 
 def prove(law: ContinuousLaw, trace: LawTrace) -> None:
-    """Try ``law``, which has ``trace``, at a handful of states, unless a law of the same formula was tried before.
+    """Try ``law``, which has ``trace``, at a handful of states, unless a law of the same formula was tried before; kernels are not tried.
 
     Raises
     ------
@@ -21,7 +22,7 @@ def prove(law: ContinuousLaw, trace: LawTrace) -> None:
     TraceError
         If what was traced is not what its methods do.
     """
-    if _PROVEN.get(id(trace)) is trace:
+    if _PROVEN.get(id(trace)) is trace or is_by_hand(law):
         return
     from xpheve.trace.check import quick_check
 

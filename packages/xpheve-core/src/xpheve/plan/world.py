@@ -25,6 +25,7 @@ from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -37,7 +38,6 @@ from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
-from xpheve.trace.recorder import trace_law
 
 STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
 WISHES = ("auto", "always", "never")
@@ -195,17 +195,17 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
-        trace = trace_law(law)
+        trace = formula_of(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
-        trace = trace_law(law)
+        trace = formula_of(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
-        trace = trace_law(law)
+        trace = formula_of(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
             for batch in self.batches
@@ -630,7 +630,7 @@ class World:
         for law in list(self.laws):
             if not (isinstance(law, ContinuousLaw) and law.enabled and self.mapping.objects(law)):
                 continue
-            trace = trace_law(law)
+            trace = formula_of(law)
             if trace is None or self.proven.get(law) is trace:
                 continue
             try:
@@ -682,7 +682,7 @@ class World:
 
     def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
-        trace = trace_law(law)
+        trace = formula_of(law)
         reads: set[str] = set() if trace is None else set(trace.reads)
         rows = np.array([obj._row for obj in objects], dtype=np.int64)
         if is_constant(reads):
