@@ -90,13 +90,14 @@ def next_change(states: list[State], motion: Motion, now: float, told: Any) -> S
         if state == told or (state == 0 and not isinstance(state, bool)):
             continue
         over = k == here and k + 1 < len(states) and states[k + 1][1] == told
-        if over and _is_rounding(motion, now, states[k + 1][0]):
+        if over and is_rounding(motion, now, states[k + 1][0]):
             continue
         return max(start, now), state
     return None
 
 
-def _is_rounding(motion: Motion, low: float, high: float) -> bool:
+def is_rounding(motion: Motion, low: float, high: float) -> bool:
+    """Whether the way between two times is within rounding of the position."""
     for x, v, a in zip(motion.x, motion.v, motion.a, strict=True):
         way = (high - low) * (v + 0.5 * (high + low) * a)
         if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
