@@ -32,7 +32,9 @@ class Course:
 
     def __init__(self, world: Any, trace: ExpressionTrace, subject: Any, motion: Motion) -> None:
         self.world, self.trace, self.subject, self.motion = world, trace, subject, motion
-        self.fixed: dict[Input, float] = {node.value: self._fixed(node.value) for node in trace.inputs if _is_fixed(node)}
+        self.fixed: dict[Input, float] = {
+            node.value: self._fixed(node.value) for node in trace.inputs if _is_fixed(node)
+        }
         """What does not change along the motion."""
 
     def __call__(self, s: Array) -> Array:

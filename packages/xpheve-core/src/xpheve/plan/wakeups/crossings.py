@@ -31,7 +31,9 @@ FEWEST = (
 )
 NODES = chebyshev.chebpts1(DEGREE + 1)
 TO_COEFFICIENTS = (2.0 / (DEGREE + 1)) * chebyshev.chebvander(NODES, DEGREE).T
-TO_COEFFICIENTS[0] *= 0.5  # coefficients of the interpolant from its values at the nodes, where the polynomials are orthogonal
+TO_COEFFICIENTS[0] *= (
+    0.5  # coefficients of the interpolant from its values at the nodes, where the polynomials are orthogonal
+)
 
 
 def window(

@@ -97,11 +97,12 @@ def next_change(states: list[State], motion: Motion, now: float, told: Any) -> S
 
 
 def is_rounding(motion: Motion, low: float, high: float) -> bool:
-    """Whether the way between two times is within rounding of the position."""
+    """Whether the ways from ``low`` to ``high``, and half as far, so that none is long that comes back, are within rounding of the position."""
     for x, v, a in zip(motion.x, motion.v, motion.a, strict=True):
-        way = (high - low) * (v + 0.5 * (high + low) * a)
-        if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
-            return False
+        for top in (high, 0.5 * (low + high)):
+            way = (top - low) * (v + 0.5 * (top + low) * a)
+            if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
+                return False
     return True
 
 
