@@ -61,7 +61,7 @@ def branching(body: Any) -> Any:
 def test_what_is_no_expression_is_refused_before_anything_changes(expression: Any, error: type[Exception]) -> None:
     engine = xp.PhysicsEngine()
     container = xp.LawContainer(when.Posted() | when.Crosses(expression))
-    with pytest.raises(error, match="test_expressions_of_conditions.py:"):
+    with pytest.raises(error, match=r"test_expressions_of_conditions\.py:"):
         engine.add_law(Diary(), container=container)
     with pytest.raises(error):
         engine.add_container(container)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -72,7 +73,7 @@ def _polynomial_states(c: Quartic, motion: Motion) -> list[State]:
     changes = sign_changes(c, 0.0, motion.span)
     edges = [0.0, *changes, motion.span]
     states: list[State] = []
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         sign = _sign_between(c, low, high)
         if sign == 0 or (states and states[-1][1] == sign):
             continue

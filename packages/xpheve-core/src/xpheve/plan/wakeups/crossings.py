@@ -41,7 +41,8 @@ def window(
 ) -> tuple[float, float, list[State]]:
     """A window [start, stop] in which ``f`` is resolved: stop, the length to wish for next, and from when which sign holds.
 
-    ``f`` takes many times, ``at`` is the same for one. The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they depend on ``f``, ``start``, ``wish`` and ``end`` only.
+    ``f`` takes many times, ``at`` is the same for one. The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they
+    depend on ``f``, ``start``, ``wish`` and ``end`` only.
     """
     length = min(wish, end - start)
     shortest = max(SHORTEST * min(FIRST, end), FEWEST * math.ulp(start + length))
