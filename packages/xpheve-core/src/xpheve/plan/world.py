@@ -361,7 +361,8 @@ class World:
         if batch.working is not None:
             force = batch.working[:, local]
             self.add_work(self._label(batch), math.fsum((force * np.array(way)).tolist()))
-        if bool(self.twisted(batch)[local]):
+        torque = batch.state.arrays.get("torque")
+        if torque is not None and torque[:, local].any():
             inertia = self.bodies.arrays["inertia"][:, [obj._row]]
             after, before = (
                 spin_energy(np.array([one["orientation"]]).T, np.array([one["angular_velocity"]]).T, inertia)[0]
