@@ -33,7 +33,7 @@ Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
 VERSION = 3
-ROWS = ("clock", "fixed", "driven", "serial", "version", "batch", "local")
+ROWS = ("clock", "turn_clock", "fixed", "driven", "serial", "version", "batch", "local")
 
 
 class Saved:

@@ -414,9 +414,11 @@ class World:
         labels = [law.label() for law in batch.laws if not law.defines("potential")]
         return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
 
-    def _snapshot(self, batch: Batch) -> dict[str, Array] | None:
-        """The flights of a batch that end now, if work is to be booked over them."""
+    def _snapshot(self, batch: Batch, sources: BatchSources | None = None) -> dict[str, Array] | None:
+        """The flights of a batch that end now, if work is to be booked over them, and over those to come under ``sources``."""
         twisted = self.twisted(batch)
+        if sources is not None:
+            twisted = twisted | sources.twists[batch.state.rows]
         rows, bodies = batch.state.rows, self.bodies
         books = batch.stepper.books_work
         works = not books and (batch.working is not None or bool(bodies.arrays["working"][:, rows].any()))
@@ -476,8 +478,8 @@ class World:
         """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
         begin = batch.stepper.covered(batch.state)
         self._merge_into(batch, begin)
-        before = self._snapshot(batch)
         sources = self.sources(batch)
+        before = self._snapshot(batch, sources)
         steps = 1
         if sources is not None:
             steps = self._steps_unheard(batch, sources, begin, need)
@@ -664,10 +666,10 @@ class World:
         bodies, row = self.bodies, obj._row
         number = int(bodies.batch[row])
         if number < 0:
-            bodies.clock[:, row] = self.time
+            bodies.re_base(row, self.time)
             return
         clock = bodies.clock_of(row)
-        if clock != self.time:
+        if clock != self.time or bodies.turn_clock_of(row) != self.time:
             held = {name: bodies.get(name, row) for name in STATE_WIDTHS}
             if state is None:
                 state = tuple(self.read_row(row, name) for name in STATE_WIDTHS)
@@ -676,7 +678,7 @@ class World:
                 self._account(obj, held, clock, flown)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
-            bodies.clock[:, row] = self.time
+            bodies.re_base(row, self.time)
         self.leave_batch(obj)
 
     def _store_constant_forces(self, objects: list[PhysicalObject]) -> None:
