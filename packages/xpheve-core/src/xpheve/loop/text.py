@@ -56,8 +56,8 @@ class LoopText:
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
         self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
-        outputs = [node for term in terms for node in (term.trace.motion if turns else term.trace.force or ())]
-        self.tables, self.slots.starts = packed(tables_of(outputs))
+        tables = dict.fromkeys(table for term in terms for table in tables_of(term.trace.motion))
+        self.tables, self.slots.starts = packed(list(tables))
         """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
