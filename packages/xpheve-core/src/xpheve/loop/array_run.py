@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.kernels import clock, ieee
+from xpheve.loop.array_spin import FUNCTIONS
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -56,6 +57,7 @@ def array_entry(text: str) -> Callable[[Sequence[Array], Sequence[Places]], int]
     names: dict[str, Any] = {"np": np, "math": math, "chunks": chunks, "all_pairs": all_pairs, "add_pairs": add_pairs}
     names.update({f"ieee__{name}": value for name, value in vars(ieee).items() if callable(value)})
     names.update({f"clock__{name}": value for name, value in vars(clock).items() if callable(value)})
+    names.update({f"spin__{name}": value for name, value in FUNCTIONS.items()})
     exec(compile(text, "<loop for arrays>", "exec"), names)
     entry = names["entry"]
 

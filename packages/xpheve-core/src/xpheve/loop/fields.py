@@ -7,6 +7,10 @@ Numerical Integration, I.1.4 and II.5):
 
 Forces without velocities are found once. Sums of x, v and work keep their remainders (Knuth's two-sum; TAOCP 2, 4.2.2). In the last step
 of a call only a is found: its flight is under way, and ends when somebody asks for more.
+
+Where rows turn, M is their angular momentum, q their orientation (`xpheve.kernels.spin`):
+
+    q1 = q turned by h/2;   T(m, v, q1, w1) gives w1' = w1 + h/2 T/J;   T(m, v', q1, w1') gives T;   M += h T;   q = q1 turned by h/2
 """
 
 from __future__ import annotations
@@ -26,9 +30,13 @@ class FieldText:
     """Writes function ``fields_<number>`` for rows that obey ``terms``, in this order.
 
     ``arrays`` chooses NumPy text, in which ``s`` is (slots, rows) and a row loop is an array operation; else ``s`` is flat, in tiles.
+    ``turning`` says that the rows turn in steps, too.
     """
 
-    def __init__(self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, arrays: bool) -> None:
+    def __init__(
+        self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, arrays: bool, turning: bool = False
+    ) -> None:
+        self.turning = turning
         self.number, self.terms, self.slots, self.arrays = number, terms, slots, arrays
         self.stored_work = stored_work
         self.pulled, self.pushed = "pull" in slots.first, "push" in slots.first
@@ -81,9 +89,13 @@ class FieldText:
                 return f"m{AXES[component]}"
             if name == "velocity":
                 return f"v{AXES[component]}"
+            if self.turning and name == "orientation":
+                return f"turn_q[{component}]"
+            if self.turning and name == "angular_velocity":
+                return f"turn_w[{component}]"
             return self._column(name, component)
 
-        outputs = term.trace.force or ()
+        outputs = self._outputs(term)
         timely, own = depends(outputs, ("time",)), rowwise(outputs)
         fixed = Writer(leaf, prefix=f"f{k}_")
         fixed.write(shared_nodes(outputs, own | timely))
@@ -95,6 +107,10 @@ class FieldText:
         writer = Writer(leaf, self.arrays, prefix=f"a{k}_")
         writer.names.update(later.names)
         return writer
+
+    def _outputs(self, term: Term) -> list[Node]:
+        """What is found of ``term``: its force, and its torque where rows turn."""
+        return term.trace.motion if self.turning else list(term.trace.force or ())
 
     def _column(self, name: str, component: int) -> str:
         """The variable that holds a number of the row; loaded at its first use."""
@@ -115,18 +131,24 @@ class FieldText:
     # One row
 
     def _forces(self, stage: int, which: Sequence[int]) -> dict[int, list[str]]:
-        """Write the forces of terms ``which``; the names of their components. At stage 2 velocities are those of the middle."""
+        """Write the forces of terms ``which``; the names of their components. At stage 2 velocities are those of the middle.
+
+        Torques come into ``self.twists``.
+        """
         found = {}
         for k in which:
             term, writer = self.terms[k], self.writers[k]
-            outputs = list(term.trace.force or ())
+            outputs = self._outputs(term)
             if stage == 2:
-                moved = depends(outputs, ("velocity",))
+                speeds = {"velocity": [f"u{axis}" for axis in AXES]}
+                if self.turning:
+                    speeds["angular_velocity"] = [f"turn_u[{c}]" for c in range(3)]
+                moved = depends(outputs, tuple(speeds))
                 writer.names = {index: name for index, name in writer.names.items() if index not in moved}
                 inputs = {
-                    n.index: f"u{AXES[n.value.component]}"
+                    n.index: speeds[n.value.name][n.value.component]
                     for n in term.trace.graph.nodes
-                    if n.op == "input" and n.value.name == "velocity"
+                    if n.op == "input" and n.value.name in speeds
                 }
                 writer.names.update(inputs)
                 writer.prefix = f"b{k}_"
@@ -135,12 +157,15 @@ class FieldText:
             self.body += writer.lines[at:]
             if term.switch:
                 names = self._switched(k, stage, names)
-            found[k] = names
+            if term.trace.force is not None:
+                found[k] = names[:3]
+            if self.turning and term.trace.torque is not None:
+                self.twists[k] = names[-3:]
         return found
 
     def _switched(self, k: int, stage: int, names: list[str]) -> list[str]:
         """The components, or 0 where the term is put out."""
-        put = [f"o{k}{stage}{axis}" for axis in AXES]
+        put = [f"o{k}{stage}_{c}" for c in range(len(names))]
         for new, old in zip(put, names, strict=True):
             self.body.append(f"{new} = {old} if on_{k} != 0.0 else 0.0")
         return put
@@ -169,31 +194,82 @@ class FieldText:
         self.body.append(f"im = {self.load('inverse_mass')}")
         for axis in AXES:
             self.body.append(f"m{axis} = x{axis} + half * v{axis}")
+        self.twists: dict[int, list[str]] = {}
+        if self.turning:
+            self._turn_half_way()
         order = summation_order(self.terms)
         still = [k for k in order if not self.terms[k].of_velocity]
         moving = [k for k in order if self.terms[k].of_velocity]
         forces = self._forces(1, still)
-        before = [[*([self._slot("pull")] if self.pulled else []), *(forces[k] for k in still)]]
+        before = [[*([self._slot("pull")] if self.pulled else []), *(forces[k] for k in still if k in forces)]]
         if moving or self.pushed:
             if not self.pushed or half_only:
                 first = forces | self._forces(1, moving)
                 push = [self._slot("push")] if self.pushed else []
-                self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving]))
+                self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving if k in first]))
                 for axis in AXES:
                     self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+                if self.turning:
+                    self._spin_half_way("u", self._torque())
                 if half_only:
                     for c, axis in enumerate(AXES):
                         self.store("middle_velocity", c, f"u{axis}")
+                        if self.turning:
+                            self.store("middle_spin", c, f"turn_u[{c}]")
                     return self.body
             else:
                 for c, axis in enumerate(AXES):
                     self.body.append(f"u{axis} = {self.load('middle_velocity', c)}")
+                if self.turning:
+                    self.body.append(f"turn_u = ({', '.join(self._slot('middle_spin'))})")
             forces |= self._forces(2, moving)
         push = [self._slot("push")] if self.pushed else []
-        total = self._sum("e", before[0] + push + [forces[k] for k in moving])
+        total = self._sum("e", before[0] + push + [forces[k] for k in moving if k in forces])
         self._acceleration("a", total)
-        self._finish(total, [forces[k] for k in order if not self.terms[k].accounted])
+        self._finish(total, [forces[k] for k in order if k in forces and not self.terms[k].accounted])
+        if self.turning:
+            self._turn_on(self._torque())
         return self.body
+
+    # Rotation
+
+    def _vector(self, name: str, count: int = 3) -> str:
+        return f"({', '.join(self.load(name, c) for c in range(count))})"
+
+    def _turn_half_way(self) -> None:
+        """Orientation and angular velocity in the middle, of the latter what stored torques make of it."""
+        self.body += [
+            f"turn_0 = {self._vector('orientation', 4)}",
+            f"spread = {self._vector('spread')}",
+            f"inverse = {self.load('inverse_moment')}",
+            f"twist = {self._vector('stored_torque')}",
+            f"turn_m = spin__stretched(turn_0, {self._vector('angular_velocity')}, {self._vector('excess')})",
+            "turn_q = spin__turned(turn_0, turn_m, spread, half)",
+        ]
+        self._spin_half_way("w", [f"twist[{c}]" for c in range(3)])
+
+    def _spin_half_way(self, name: str, torque: list[str]) -> None:
+        kick = ", ".join(f"{one} * inverse" for one in torque)
+        self.body.append(f"turn_{name} = spin__stretched(turn_q, spin__kicked(turn_m, ({kick}), half), spread)")
+
+    def _torque(self) -> list[str]:
+        """Variables that hold the whole torque."""
+        parts = [[f"twist[{c}]" for c in range(3)], *(self.twists[k] for k in sorted(self.twists))]
+        return self._sum("r", parts)
+
+    def _turn_on(self, torque: list[str]) -> None:
+        """The torque is kept; but in the last step of a call, rotation goes on to the end of the step."""
+        for c in range(3):
+            self.store("torque", c, torque[c])
+        kick = ", ".join(f"{one} * inverse" for one in torque)
+        self.body += [
+            "if g != 0.0:",
+            f"    turn_m = spin__kicked(turn_m, ({kick}), g)",
+            "    turn_q = spin__turned(turn_q, turn_m, spread, half)",
+            "    turn_w = spin__stretched(turn_q, turn_m, spread)",
+        ]
+        self.body += [f"    {self.load('orientation', c)} = turn_q[{c}]" for c in range(4)]
+        self.body += [f"    {self.load('angular_velocity', c)} = turn_w[{c}]" for c in range(3)]
 
     def _finish(self, total: list[str], working: list[list[str]]) -> None:
         """Drift and kick by ``g``, which is h, or 0 in the last step of a call; what the row keeps is stored."""

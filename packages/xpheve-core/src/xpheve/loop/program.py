@@ -14,7 +14,7 @@ from xpheve.loop.array_run import array_entry
 from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
 from xpheve.loop.terms import LANES, Term
-from xpheve.loop.text import FIRST_COUPLES, PER_COUPLES, LoopText, PairKind
+from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -58,15 +58,24 @@ class Program:
         How many rows move, and how many only act on them.
     stored_work
         Whether stored forces without potential act on a row.
+    turning
+        How rows turn: "free", "turn" where a law asks for it, or "all turn"; see `xpheve.loop.text`.
     """
 
     def __init__(
-        self, segments: Sequence[Segment], couples: Sequence[Couples], moving: int, sources: int, stored_work: bool
+        self,
+        segments: Sequence[Segment],
+        couples: Sequence[Couples],
+        moving: int,
+        sources: int,
+        stored_work: bool,
+        turning: str = FREE,
     ) -> None:
         self.segments, self.couples = tuple(segments), tuple(couples)
         self.moving, self.sources = moving, sources
         kinds = list(dict.fromkeys(one.terms for one in segments))
-        self.loop = LoopText(kinds, [PairKind(one.term, one.how, one.which is None) for one in couples], stored_work)
+        pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in couples]
+        self.loop = LoopText(kinds, pair_kinds, stored_work, turning)
         self._kinds = [kinds.index(one.terms) for one in segments]
         self._lay_tiles()
         self.neighbours = {k: Neighbours(len(one.left)) for k, one in enumerate(self.couples) if one.how == NEAR}
@@ -145,6 +154,10 @@ class Program:
         if found is None:
             found = self._entries[tier] = self._make(tier)
         return found
+
+    def made(self, tier: str) -> Any:
+        """What runs the loop in ``tier`` if it was made already; None else."""
+        return self._entries.get(tier)
 
     def _make(self, tier: str) -> Callable[..., int]:
         if tier == NUMPY:

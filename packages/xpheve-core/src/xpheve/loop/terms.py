@@ -19,6 +19,10 @@ CHANGING = {
 }  # fmt: skip
 """What a run changes of a row, with the numbers it has."""
 
+TURNING = {"orientation": 4, "angular_velocity": 3, "torque": 3}
+"""What a run changes besides where rows turn; `Slots` adds what it needs for that: the stored torque and the moments, in units of the middle one."""
+MOMENTS = {"stored_torque": 3, "excess": 3, "spread": 3, "inverse_moment": 1}
+
 MOVING = ("position", "velocity")
 SCENE = ("time", "up")
 """Inputs that are the same for all rows."""
@@ -37,8 +41,13 @@ class Term(NamedTuple):
 
     @property
     def of_velocity(self) -> bool:
-        """Whether the force depends on a velocity."""
-        return "velocity" in self.trace.reads
+        """Whether force or torque depends on a velocity, or on an angular velocity."""
+        return bool(self.trace.reads & {"velocity", "angular_velocity"})
+
+    @property
+    def of_turning(self) -> bool:
+        """Whether it needs to know how a row turns, or turns it."""
+        return self.trace.torque is not None or bool(self.trace.reads & {"orientation", "angular_velocity"})
 
     @property
     def size(self) -> int:
@@ -57,27 +66,35 @@ def summation_order(terms: Sequence[Term]) -> list[int]:
 class Slots:
     """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
 
-    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool) -> None:
+    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
-        for name, width in CHANGING.items():
+        self.run = CHANGING | TURNING if turning else CHANGING
+        """What a run changes, with the numbers it has."""
+        for name, width in self.run.items():
             self._add(name, width)
         self.changing = self.width
         """Slots that a run changes; they come first."""
         self._add("stored", 3)
         self._add("inverse_mass", 1)
+        for name, width in MOMENTS.items() if turning else ():
+            self._add(name, width)
         if stored_work:
             self._add("stored_working", 3)
         if pairs:
             self._add("middle", 3)
         if any(term.of_velocity for term in pairs):
             self._add("middle_velocity", 3)
+            if turning:
+                self._add("middle_spin", 3)
         for term in pairs:
             for name in sums_of(term):
                 self._add(name, 3)
-        self.columns = tuple(columns)
+        self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
             self._add(name, WIDTHS.get(name, 1))
+        self.width += 1 - self.width % 2
+        # An odd number of slots: so the tiles' equal slots are spread over all sets of a cache, where an even one would put them into few.
 
     def _add(self, name: str, width: int) -> None:
         if name in self.first:
@@ -96,11 +113,12 @@ def sums_of(term: Term) -> tuple[str, ...]:
     return (name,) if term.accounted else (name, f"{name}_working")
 
 
-def columns_of(terms: Iterable[Term]) -> tuple[str, ...]:
-    """What ``terms`` read of a row besides place and velocity, in order of name."""
+def columns_of(terms: Iterable[Term], turning: bool = False) -> tuple[str, ...]:
+    """What ``terms`` read of a row besides place and velocity, in order of name; for torques, too, if rows are ``turning``."""
     found: set[str] = set()
     for term in terms:
-        found.update(node.value.name for node in walk(term.trace.force or ()) if node.op == "input")
+        outputs = term.trace.motion if turning else term.trace.force or ()
+        found.update(node.value.name for node in walk(outputs) if node.op == "input")
     return tuple(sorted(found - {*MOVING, *SCENE}))
 
 

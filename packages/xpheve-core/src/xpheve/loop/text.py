@@ -13,6 +13,9 @@ from xpheve.loop.terms import LANES, Slots, Term, columns_of
 CALL = "s, p, w, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
 
 
+FREE, TURN, ALL_TURN = "free", "turn", "all turn"
+"""How rows turn in a loop: on their own, in closed form; in steps where a law asks for it; all in steps."""
+
 REFERENCES = 3
 """The first of the buffers with places at which lists of neighbours were made."""
 PER_COUPLES, FIRST_COUPLES = 3, 4
@@ -37,12 +40,20 @@ class LoopText:
     stopped before step k for want of room in a list of neighbours; how much is wanted stands in the counts then.
     """
 
-    def __init__(self, kinds: Sequence[tuple[Term, ...]], pair_kinds: Sequence[PairKind], stored_work: bool) -> None:
+    def __init__(
+        self,
+        kinds: Sequence[tuple[Term, ...]],
+        pair_kinds: Sequence[PairKind],
+        stored_work: bool,
+        turning: str = FREE,
+    ) -> None:
+        self.turning = turning
         self.kinds, self.pair_kinds, self.stored_work = tuple(kinds), tuple(pair_kinds), stored_work
         terms = [term for kind in kinds for term in kind] + [kind.term for kind in pair_kinds]
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
-        self.slots = Slots(columns_of(terms), [kind.term for kind in pair_kinds], stored_work)
+        turns = turning != FREE
+        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
     def text(self, arrays: bool) -> str:
@@ -60,7 +71,8 @@ class LoopText:
         return "\n".join([*lines, *self._entry(arrays)]) + "\n"
 
     def _fields(self, number: int, kind: tuple[Term, ...], arrays: bool) -> FieldText:
-        return FieldText(number, kind, self.slots, self.stored_work, arrays)
+        turning = self.turning == ALL_TURN or (self.turning == TURN and any(term.of_turning for term in kind))
+        return FieldText(number, kind, self.slots, self.stored_work, arrays, turning)
 
     def _middles(self, arrays: bool) -> list[str]:
         """Functions that find the middles of all rows, and put the sums of pair forces to 0."""
@@ -139,10 +151,12 @@ class LoopText:
         """Make the list of neighbours again where it no longer serves."""
         slot, reference = self.slots.at("middle"), f"f[{REFERENCES + number}]"
         cutoff, reach = f"p[c[{c + 1}] + {pair.term.size - 2}]", f"p[c[{c + 1}] + {pair.term.size - 1}]"
+        rows = f"n[{at}]"
         return [
-            f"moved = neighbours__moved(s, n[{at}], {slot}, c[{c}], {reference})",
+            f"moved = neighbours__moved(s, {rows}, {slot}, c[{c}], {reference})",
             f"if not neighbours__serves(moved, {cutoff}, {reach}):",
-            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
+            f"    found = neighbours__build(s, {rows}, {slot}, c[{c}], {rows}, 0, {reach}, {reference},"
+            f" n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
             "    if found < 0:",
             f"        c[{c + 2}] = -found",
             "        return t + 1",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.trace.recorder import trace_law
 
 Fetch = Callable[[str], Array]
 LISTABLE = 20_000_000
@@ -230,9 +232,53 @@ class BatchSources:
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        self.twists = np.zeros(bodies.capacity, dtype=bool)
+        for law, mask in self.fields:
+            if law.defines("torque"):
+                self.twists |= mask
         self._program: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
+
+    @cached_property
+    def _readers(self) -> tuple[Any, Any]:
+        """Which rows obey a law that reads their orientation, and which one that reads their angular velocity."""
+        need, need_spin = np.zeros_like(self.twists), np.zeros_like(self.twists)
+        for law, mask in self.fields:
+            reads = self.world.reads_of(law)
+            if "orientation" in reads:
+                need |= mask
+            if "angular_velocity" in reads:
+                need_spin |= mask
+        return need, need_spin
+
+    @cached_property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        return any(map(self._reads_rotation, self.laws))
+
+    @cached_property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
+
+    def _reads_rotation(self, law: ContinuousLaw) -> bool:
+        trace = trace_law(law)
+        return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
+
+    def stepped(self, rows: Rows) -> Array:
+        """How ``rows`` turn; see `xpheve.steppers.contract.Sources`."""
+        arrays = self.world.bodies.arrays
+        torque = arrays["torque"][:, rows].any(axis=0)
+        need, need_spin = self._readers
+        if not (torque.any() or self.twists.any() or need.any() or need_spin.any()):
+            return np.zeros((1, len(rows)))
+        inertia = arrays["inertia"][:, rows]
+        spins = arrays["angular_velocity"][:, rows].any(axis=0)
+        uneven = (inertia[0] != inertia[1]) | (inertia[1] != inertia[2])
+        needed = spins & (need[rows] | (need_spin[rows] & uneven))
+        twisted = (inertia[0] > 0.0) & (torque | self.twists[rows])
+        return np.where(twisted, 2.0, np.where(needed, 1.0, 0.0))[None]
 
     def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
         """When [s] the force of a law on one of ``objects`` jumps, ascending."""
@@ -253,11 +299,18 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        found = len(self.rows)
-        for law, pairs in self.pairs:
-            near = law.named is None and math.isfinite(law.reach())
-            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
-        return found
+        return len(self.rows) + sum(self._acting(law, pairs) for law, pairs in self.pairs)
+
+    @staticmethod
+    def _acting(law: PairLaw, pairs: PairSet) -> int:
+        """About how many of ``pairs`` are near enough."""
+        near = law.named is None and math.isfinite(law.reach())
+        return min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+
+    def counts(self) -> list[tuple[ContinuousLaw, int]]:
+        """About how many rows, or pairs, each law acts on."""
+        fields: list[tuple[ContinuousLaw, int]] = [(law, int(mask[self.rows].sum())) for law, mask in self.fields]
+        return fields + [(law, self._acting(law, pairs)) for law, pairs in self.pairs]
 
     @property
     def held(self) -> Any:
@@ -279,8 +332,9 @@ class BatchSources:
 
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
+        self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
-            self._program.program.forget_parameters()
+            self._program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""

@@ -277,7 +277,7 @@ def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     if law.containers or law in world.constant or not any(law in batch.laws for batch in world.batches):
         return False
     if what == "enabled":
-        return world.is_switched(law) and "since" not in world.reads_of(law)
+        return world.is_switched(law) and "since" not in world.reads_of(law) and not law.defines("jumps")
     return law.enabled and world.same_structure(law)
 
 

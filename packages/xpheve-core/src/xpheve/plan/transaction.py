@@ -20,7 +20,7 @@ Values = dict[str, tuple[float, ...]]
 class Touched:
     """An object that was materialised at this instant: what its row held before, and what flight had made of it."""
 
-    __slots__ = ("clock", "driven", "flown", "forces", "held")
+    __slots__ = ("clock", "driven", "flown", "forces", "held", "turn_clock")
 
     def __init__(
         self, held: Values, clock: tuple[float, float], flown: Values, forces: list[StoredForce], driven: bool
@@ -29,6 +29,8 @@ class Touched:
         self.clock = clock
         self.flown = flown
         self.forces = forces
+        self.turn_clock = clock
+        """When what it held of its rotation was."""
         self.driven = driven
         """Whether it was driven until now: then no force did work on it."""
 
@@ -76,9 +78,10 @@ class Transaction:
                 name: held[name] for name in AUTHORED_WIDTHS
             }
             self.touched[obj] = Touched(held, bodies.clock_of(row), flown, list(world.forces.on(obj)), obj._driven)
+            self.touched[obj].turn_clock = bodies.turn_clock_of(row)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
-            bodies.clock[:, row] = world.time
+            bodies.re_base(row, world.time)
         return row
 
     def changed(self) -> list[PhysicalObject]:
@@ -97,6 +100,7 @@ class Transaction:
         for name in NAMES:
             bodies.put(name, obj._row, touched.held[name])
         bodies.clock[:, obj._row] = touched.clock
+        bodies.turn_clock[:, obj._row] = touched.turn_clock
 
     def roll_back(self) -> None:
         """Take everything back."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, StateError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
@@ -28,16 +28,16 @@ from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
-from xpheve.plan.tiers import choose_tier
 from xpheve.plan.transaction import Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
-from xpheve.trace.recorder import trace_law
 
 STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
+WISHES = ("auto", "always", "never")
+"""Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
 
 
@@ -189,16 +189,22 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
@@ -388,9 +394,11 @@ class World:
         labels = [law.label() for law in batch.laws if not law.defines("potential")]
         return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
 
-    def _snapshot(self, batch: Batch) -> dict[str, Array] | None:
-        """The flights of a batch that end now, if work is to be booked over them."""
+    def _snapshot(self, batch: Batch, sources: BatchSources | None = None) -> dict[str, Array] | None:
+        """The flights of a batch that end now, if work is to be booked over them, and over those to come under ``sources``."""
         twisted = self.twisted(batch)
+        if sources is not None:
+            twisted = twisted | sources.twists[batch.state.rows]
         rows, bodies = batch.state.rows, self.bodies
         books = batch.stepper.books_work
         works = not books and (batch.working is not None or bool(bodies.arrays["working"][:, rows].any()))
@@ -450,8 +458,8 @@ class World:
         """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
         begin = batch.stepper.covered(batch.state)
         self._merge_into(batch, begin)
-        before = self._snapshot(batch)
         sources = self.sources(batch)
+        before = self._snapshot(batch, sources)
         steps = 1
         if sources is not None:
             steps = self._steps_unheard(batch, sources, begin, need)
@@ -509,8 +517,18 @@ class World:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
         signature = sources.signature
         if signature not in self.tiers:
+            from xpheve.plan.tiers import choose_tier
+
             self.tiers[signature] = choose_tier(self.compile, sources.load)
         return self.tiers[signature]
+
+    def wish_compiled(self, wish: str) -> None:
+        """Compile by ``wish``: "auto", "always" or "never"; how each loop runs is chosen again when it runs next. Raises `InvalidValueError`."""
+        if not isinstance(wish, str) or wish not in WISHES:
+            raise InvalidValueError(f"compile = {wish!r}: choose 'auto', 'always' or 'never'")
+        if wish != self.compile:
+            self.compile = wish
+            self.tiers.clear()
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
@@ -618,17 +636,17 @@ class World:
         bodies, row = self.bodies, obj._row
         number = int(bodies.batch[row])
         if number < 0:
-            bodies.clock[:, row] = self.time
+            bodies.re_base(row, self.time)
             return
         clock = bodies.clock_of(row)
-        if clock != self.time:
+        if clock != self.time or bodies.turn_clock_of(row) != self.time:
             held = {name: bodies.get(name, row) for name in STATE_WIDTHS}
             flown = {name: self.read_row(row, name) for name in STATE_WIDTHS}
             if not obj._driven:
                 self._account(obj, held, clock, flown)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
-            bodies.clock[:, row] = self.time
+            bodies.re_base(row, self.time)
         self.leave_batch(obj)
 
     def _store_constant_forces(self, objects: list[PhysicalObject]) -> None:
