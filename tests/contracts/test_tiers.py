@@ -316,7 +316,7 @@ def test_the_order_in_which_objects_came_changes_no_bit(scene: Scene, order: int
 
 
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("stride", [1, 7 * 70, 10**15])
+@pytest.mark.parametrize("stride", [1, 7 * 70, 7 * 10_070, 10**15])
 def test_how_many_steps_a_call_makes_changes_no_bit(
     scene: Scene, stride: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
