@@ -15,6 +15,7 @@ from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
 from xpheve.loop.terms import CHANGING, LANES, Term
 from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
+from xpheve.trace.graph import walk
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -105,6 +106,12 @@ class Program:
         """The law classes that act, each once."""
         return list(dict.fromkeys([*(t for s in self.segments for t in s.terms), *(c.term for c in self.couples)]))
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Kernel files written by hand that the text calls: name and path."""
+        found = [n.value[0] for term in self.terms for n in walk(term.trace.motion) if n.op == "kernel"]
+        return {name: path for name, path, _ in found}
+
     def _lay_tiles(self) -> None:
         """Where each row lies: a segment begins with a tile of its own."""
         parts = [(one.first, one.last) for one in self.segments]
@@ -163,11 +170,15 @@ class Program:
         return self._entries.get(tier)
 
     def _make(self, tier: str) -> Callable[..., int]:
-        if tier == NUMPY:
+        files = self.files
+        if tier == NUMPY and not files:
             return array_entry(self.text(arrays=True))
         from xpheve.compile import assemble, compiled, interpreted
 
-        text = assemble(self.text(arrays=False))
+        if tier == NUMPY:
+            wanted = ", ".join(f"{name}__force" for name in files)
+            return array_entry(self.text(arrays=True), assemble(f"def entry(f, n):\n    return ({wanted},)\n", files))
+        text = assemble(self.text(arrays=False), files)
         if tier == INTERPRETED:
             return interpreted(text)
         return compiled(text, what=" + ".join(dict.fromkeys(term.trace.label for term in self.terms)))
@@ -229,12 +240,17 @@ class Program:
         """What the entry is called with: numbers, and whole numbers."""
         segments = []
         for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
-            where = (first, last) if rows else (tile, end)
             over = (last - first) % LANES or LANES
-            segments.append([self._kinds[k], *where, over, self._places[k][0]])
+            if not rows:
+                segments.append([self._kinds[k], tile, end, over, self._places[k][0]])
+                continue
+            most = last - first if self.couples else ARRAY_ROWS
+            for begin in range(first, last, most):
+                segments.append([self._kinds[k], begin, min(begin + most, last), over, self._places[k][0]])
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
         counts = [len(segments), steps, number, self.rows if rows else self.tiles]
-        floats: list[Array] = [state, table, _NO_TABLES]
+        tables = self.loop.tables if len(self.loop.tables) else _NO_TABLES
+        floats: list[Array] = [state, table, tables]
         lists: list[Any] = []
         for k, (couples, at) in enumerate(zip(self.couples, self._places[len(self.segments) :], strict=True)):
             neighbours = None if rows else self.neighbours.get(k)
@@ -278,6 +294,8 @@ class Program:
 
 _NO_TABLES = np.zeros(1)
 _NOTHING = np.zeros(1, dtype=np.int64)
+ARRAY_ROWS = 4096
+"""Rows that NumPy carries through all steps of a call before the next ones: so many numbers stay in a cache."""
 SKIN = 0.12
 """How much farther than the cutoff lists of neighbours reach, of the cutoff: they serve until a body has gone half of that."""
 
