@@ -39,7 +39,7 @@ from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
 
-STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
+STRIDE = 20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
@@ -503,12 +503,15 @@ class World:
         """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
         if self.settings.dt is None or self.grid is None or len(sources.hands) or self._is_heard(batch):
             return 1
+        from xpheve.plan.tiers import cost_of_step
+
         origin, dt, _ = self.grid
         number = self._number_at(begin)
         if number < 0:
             return 1
         end = min(need, sources.wall(begin, NEVER))
-        most = max(1, STRIDE // max(batch.state.count, sources.load))
+        load = max(batch.state.count, sources.load)
+        most = max(1, STRIDE // cost_of_step(self.tier_of(sources), load))
         span = elapsed(end, begin) / dt
         steps = int(min(most, span)) if math.isfinite(span) else most
         if steps < most and multiple(origin, number + steps, dt) < end:
