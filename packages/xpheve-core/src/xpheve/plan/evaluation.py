@@ -20,7 +20,6 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
-from xpheve.trace.recorder import trace_law
 
 Fetch = Callable[[str], Array]
 LISTABLE = 20_000_000
@@ -263,6 +262,8 @@ class BatchSources:
         return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
 
     def _reads_rotation(self, law: ContinuousLaw) -> bool:
+        from xpheve.trace.recorder import trace_law
+
         trace = trace_law(law)
         return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
 
