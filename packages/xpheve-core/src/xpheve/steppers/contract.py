@@ -102,13 +102,19 @@ class Sources(Protocol):
         ...
 
     def stepped(self, rows: Rows) -> Array:
-        """How ``rows`` turn, (1, rows): 2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and
-        stays in closed form.
+        """How ``rows`` turn, (1, rows).
+
+        2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and stays in closed form.
         """
         ...
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read."""
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read.
+
+        ``again``: as in the call before, but for velocities and orientations; what reads none of them is not evaluated.
+        """
         ...
 
     def joined(self, rows: Sequence[int]) -> list[int]:
