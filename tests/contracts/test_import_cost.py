@@ -78,6 +78,64 @@ def test_a_scene_imports_the_pack_it_names_and_no_other() -> None:
     )
 
 
+LOOPS = ["xpheve.trace", "xpheve.loop", "xpheve.compile", "numba", "llvmlite"]
+
+
+def test_a_scene_in_closed_form_imports_nothing_that_reads_or_compiles_laws() -> None:
+    found = loaded_after(
+        "import xpheve as xp\n"
+        "e = xp.PhysicsEngine(compile='always')\n"
+        "gravity = e.add_law('basic:planet_gravity')\n"
+        "e.add_object(xp.PhysicalObject(xp.Sphere(0.1)), laws=[gravity])\n"
+        "e.run(1.0, dt=0.1)\n"
+        "gravity.acceleration = 1.62\n"
+        "gravity.enabled = False\n"
+        "gravity.enabled = True\n"
+        "e.copy().run(2.0)\n"
+        "xp.PhysicsEngine.restore(e.checkpoint()).run(2.0, dt=0.1)\n"
+    )
+    assert unwanted(found, LOOPS) == []
+
+
+SMALL = """
+import xpheve as xp
+e = xp.PhysicsEngine()
+laws = [e.add_law('basic:planet_gravity'), e.add_law('basic:quadratic_drag')]
+for k in range(3):
+    e.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(k, 5, 0), velocity=(k, 1, 0), drag_area=0.03), laws=laws)
+e.run(1.0, dt=1 / 240)
+"""
+
+
+def test_a_small_scene_imports_no_compiler() -> None:
+    found = loaded_after(SMALL)
+    assert {"xpheve.trace.recorder", "xpheve.loop.program", "xpheve.compile"} <= found
+    assert (
+        unwanted(
+            found,
+            ["numba", "llvmlite", "xpheve.trace.check", "xpheve.trace.nature", "trimesh", "scipy", "click", "rich"],
+        )
+        == []
+    )
+
+
+@pytest.mark.slow
+def test_a_small_scene_starts_and_runs_in_less_than_a_second() -> None:
+    """Promised is one second of wall time; of processor time, so that what else the machine does is left out, start and end included."""
+    import resource
+
+    def spent() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    times = []
+    for _ in range(3):
+        before = spent()
+        subprocess.run([sys.executable, "-c", SMALL], check=True, timeout=60)
+        times.append(spent() - before)
+    assert min(times) < 1.0, times
+
+
 def seconds(module: str) -> float:
     """Time [s] that a fresh process takes to import ``module``."""
     code = f"import time; t = time.process_time()\nimport {module}\nprint(time.process_time() - t)"

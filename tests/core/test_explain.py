@@ -154,3 +154,118 @@ def test_drift_is_null_before_the_start_and_small_after(engine: xp.PhysicsEngine
     engine.run(until=1.0, rtol=1e-10, atol=1e-12)
     assert abs(engine.explain().data["energy"]["drift"]) < 1e-6
     assert engine.explain().data["energy"]["work_by"]["basic:quadratic_drag"] < 0
+
+
+# Loops
+
+
+def windy(count: int, compile: str = "auto", step: float | None = 0.01) -> xp.PhysicsEngine:
+    """Return a scene of gravity, drag and wind on ``count`` objects, after ten steps."""
+    made = xp.PhysicsEngine(up="z", compile=compile)
+    laws = [made.add_law(f"basic:{name}", name=name) for name in ("planet_gravity", "quadratic_drag", "wind")]
+    made.add_objects([xp.PhysicalObject(position=(k, 0, 0), drag_area=0.1) for k in range(count)], laws=laws)
+    made.run(0.1, dt=step)
+    return made
+
+
+def group_of(engine: xp.PhysicsEngine) -> dict[str, Any]:
+    """Return what is said of the only group."""
+    (found,) = engine.explain().data["groups"]
+    return dict(found)
+
+
+def test_groups_say_how_their_loop_runs_and_why() -> None:
+    few, some, many = (group_of(windy(count)) for count in (3, 30, 300))
+    assert [few["tier"], some["tier"], many["tier"]] == ["interpreted", "numpy", "compiled"]
+    assert few["tier_because"].startswith("3 rows and pairs: up to 12 floats one by one are fastest")
+    assert many["tier_because"] == "300 rows and pairs: from 256 on it pays to compile"
+    assert group_of(windy(3, "always"))["tier_because"] == 'compile="always"; 3 rows and pairs'
+    assert few["kernel"]["origin"] == "interpreted" and some["kernel"] is None
+    assert many["kernel"]["what"] == "basic:quadratic_drag + basic:wind" and many["kernel"]["seconds"] > 0
+    assert many["kernel"]["origin"] in ("compiled", "memory", "cache")
+    assert all(one["calls"].startswith("many steps in one call") for one in (few, some, many))
+
+
+def test_it_says_what_was_compiled_and_from_where_it_came() -> None:
+    engine = windy(3, "always")
+    data, text = engine.explain().data, str(engine.explain())
+    assert data["compile"] == "always"
+    told = next(one for one in data["compiled"] if one["what"] == "basic:quadratic_drag + basic:wind")
+    assert told.keys() == {"what", "origin", "seconds"}
+    assert f"code: {told['what']}: " in text and f"compiled: {told['what']}: " in text
+
+
+def test_before_the_start_it_says_how_a_loop_would_run() -> None:
+    engine = xp.PhysicsEngine()
+    engine.add_objects([xp.PhysicalObject() for _ in range(300)], laws=[engine.add_law("basic:linear_drag")])
+    assert group_of(engine)["tier"] == "compiled" and group_of(engine)["tier_because"].endswith("not run yet")
+    assert group_of(engine)["kernel"] is None
+
+
+def test_motion_in_closed_form_has_no_loop(engine: xp.PhysicsEngine) -> None:
+    engine.run(0.1, dt=0.01)
+    for group in engine.explain().data["groups"]:
+        assert (group["tier"] == "") == (group["stepper"] != "core:midpoint")
+
+
+def test_what_steps_one_by_one_says_why(engine: xp.PhysicsEngine) -> None:
+    engine.run(0.1)
+    tiers = {group["tier_because"] for group in engine.explain().data["groups"] if group["tier"] == "law by law"}
+    assert tiers == {"steps follow the tolerances; with dt they are made in a loop"}
+    followed = windy(3)
+    law = followed.add_law(Quiet(), container=xp.LawContainer(when.Crosses(lambda body: body.position.z + 100.0)))
+    followed.map(followed.objects[0], law)
+    followed.run(0.2, dt=0.01)
+    assert group_of(followed)["calls"] == "one step in a call: a condition follows its motion"
+    stepped = windy(3)
+    stepped.add_law(Quiet(), container=xp.LawContainer(when.Steps()))
+    stepped.run(0.2, dt=0.01)
+    assert group_of(stepped)["calls"] == "one step in a call: somebody is called at host steps"
+
+
+def test_contacts_are_a_reason_to_step_one_by_one() -> None:
+    engine = xp.PhysicsEngine(up="z")
+    laws = [engine.add_law(f"basic:{name}") for name in ("planet_gravity", "quadratic_drag")]
+    bounce = engine.add_law("collision:elastic")
+    engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce])
+    engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), position=(0, 0, 1), drag_area=0.1), laws=[*laws, bounce])
+    engine.run(0.1, dt=0.01)
+    (calls,) = {group["calls"] for group in engine.explain().data["groups"] if group["tier"]}
+    assert calls == "one step in a call: contacts of its objects are looked for"
+
+
+def test_laws_say_what_they_read_what_they_are_and_what_they_cost() -> None:
+    engine = windy(30)
+    drag, wind, gravity = (law(engine, name) for name in ("quadratic_drag", "wind", "planet_gravity"))
+    assert drag["tier"] == wind["tier"] == "numpy" and gravity["tier"] == ""
+    assert drag["reads"] == ["drag_area", "velocity"]
+    assert drag["kind"].startswith("depends on velocity; not conservative")
+    assert gravity["kind"] == "constant"
+    assert drag["operations"]["roots"] == 1
+    assert 0.0 < drag["share"] < wind["share"] and drag["share"] + wind["share"] == pytest.approx(1.0)
+    assert drag["evaluations"] == wind["evaluations"] > 10
+    text = str(engine.explain())
+    assert "quadratic_drag [numpy]: reads drag_area, velocity" in text and "% of the operations of a step" in text
+
+
+def test_a_pair_law_says_that_it_is_conservative() -> None:
+    engine = xp.PhysicsEngine()
+    spring = engine.add_law("basic:spring", name="spring")
+    engine.add_objects([xp.PhysicalObject(position=(k, 0, 0)) for k in range(3)], laws=[spring])
+    engine.run(0.1, dt=0.01)
+    found = law(engine, "spring")
+    assert (
+        found["reads"] == ["position"] and "conservative" in found["kind"] and "not" not in found["kind"].split(";")[-2]
+    )
+    assert found["share"] == 1.0
+
+
+def test_a_law_that_is_switched_says_so() -> None:
+    engine = windy(3)
+    wind = engine.law("wind")
+    for k in range(3):
+        wind.enabled = not wind.enabled
+        engine.run(0.2 + 0.1 * k, dt=0.01)
+    found = law(engine, "wind")
+    assert found["switched"] and found["how"] == "disabled" and not law(engine, "quadratic_drag")["switched"]
+    assert "switched by a number" in str(engine.explain())

@@ -19,11 +19,22 @@ Call = Callable[..., Result]
 def test_help_names_all_commands_and_exit_codes(call: Call) -> None:
     told = call("--help")
     assert told.exit_code == 0
-    for name in ("run", "explain", "laws", "show", "export", "doctor", "schema", "manifest", "Exit codes: 0 fine"):
+    for name in (
+        "run",
+        "explain",
+        "warm",
+        "laws",
+        "show",
+        "export",
+        "doctor",
+        "schema",
+        "manifest",
+        "Exit codes: 0 fine",
+    ):
         assert name in told.stdout
 
 
-@pytest.mark.parametrize("name", ["run", "explain", "laws", "show", "export", "doctor", "schema", "manifest"])
+@pytest.mark.parametrize("name", ["run", "explain", "warm", "laws", "show", "export", "doctor", "schema", "manifest"])
 def test_each_command_has_help(name: str, call: Call) -> None:
     assert call(name, "-h").exit_code == 0
 
@@ -42,6 +53,7 @@ def test_wrong_usage_is_told_with_2(call: Call, scene: Path) -> None:
         (["run", scene, "--untl", "3"], "No such option"),
         (["run", scene, "--until", "3 m"], '"3 m": unit m is length, needs s. Did you mean 3 s?'),
         (["run", scene, "--until", "-1"], '"-1": a number from 0 is needed'),
+        (["run", scene, "--compile", "yes"], "'yes' is not one of 'auto', 'always', 'never'"),
         (["run", scene, "--dt", "0"], '"0": a number above 0 is needed'),
         (["run", scene, "--rtol", "x"], '"x": a number is needed'),
         (["run", scene, "--out", scene], "this is a file; give a folder, or a record that ends in .arrow"),
@@ -383,3 +395,84 @@ def test_a_defect_is_one_line_that_says_how_to_see_more(call: Call, monkeypatch:
     monkeypatch.setenv("XPHEVE_TRACEBACK", "1")
     assert "Traceback (most recent call last)" in call("laws").stderr
     assert "Traceback (most recent call last)" in call("run", "none.toml").stderr
+
+
+# compiling
+
+
+WINDY = """xpheve = 1
+compile = "never"
+
+[run]
+until = 0.1
+dt = 0.01
+
+[[laws]]
+id = "basic:quadratic_drag"
+
+[[objects]]
+columns = { drag_area = 0.1 }
+velocity = [1.0, 0.0, 0.0]
+laws = ["basic:quadratic_drag"]
+"""
+
+
+@pytest.fixture
+def windy(tmp_path: Path) -> Path:
+    """The file of a scene with a loop."""
+    path = tmp_path / "windy.toml"
+    path.write_text(WINDY)
+    return path
+
+
+def test_compile_goes_before_what_the_scene_says(call: Call, windy: Path) -> None:
+    ways = {}
+    for choice in ("never", "always"):
+        told = json.loads(call("explain", windy, "--until", "0.1", "--compile", choice, "--json").stdout)
+        ways[choice] = (told["compile"], told["groups"][0]["tier"])
+    assert ways == {"never": ("never", "interpreted"), "always": ("always", "compiled")}
+    assert json.loads(call("explain", windy, "--json").stdout)["compile"] == "never"
+    runs = [json.loads(call("run", windy, "--json", *more).stdout)["objects"] for more in ([], ["--compile", "always"])]
+    assert runs[0] == runs[1]
+
+
+def test_warm_compiles_what_a_scene_needs_and_runs_nothing(
+    call: Call, windy: Path, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from xpheve.compile import tiers
+
+    monkeypatch.setenv("XPHEVE_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(tiers, "_compiled", {})
+    told = call("warm", windy)
+    assert told.exit_code == 0 and "1 rows and pairs are not compiled" in told.stdout and "0 loops ready" in told.stdout
+    told = call("warm", windy, scene, "--compile", "always")
+    assert (
+        told.exit_code == 0 and "1 loop ready" in told.stdout and "compiled now, and kept for later runs" in told.stdout
+    )
+    assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 1
+    monkeypatch.setattr(tiers, "_compiled", {})  # as another process
+    (found,) = json.loads(call("warm", windy, "--compile", "always", "--json").stdout)
+    assert found["origin"] == "cache" and found["what"] == "basic:quadratic_drag" and found["scene"] == str(windy)
+    explained = json.loads(call("explain", windy, "--until", "0.1", "--compile", "always", "--json").stdout)
+    assert explained["groups"][0]["kernel"]["origin"] == "cache"
+    assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 1
+
+
+def test_warm_without_a_scene_compiles_each_law_of_the_packs(
+    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from xpheve.compile import tiers
+
+    monkeypatch.setenv("XPHEVE_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(tiers, "_compiled", {})
+    told = json.loads(call("warm", "--json").stdout)
+    ready = {one["what"] for one in told if one["origin"] == "compiled"}
+    assert {"basic:quadratic_drag", "basic:wind", "basic:spring", "basic:universal_gravity"} <= ready
+    (gravity,) = (one for one in told if one["what"] == "basic:planet_gravity")
+    assert gravity["origin"] == "none" and "constant" in gravity["because"]
+    assert len(list((tmp_path / "cache" / "kernels").iterdir())) == len(ready)
+
+
+def test_warm_says_what_is_wrong_with_a_scene(call: Call, tmp_path: Path) -> None:
+    told = call("warm", tmp_path / "nothing.toml")
+    assert told.exit_code == 1 and told.stderr.startswith("error: ")

@@ -12,7 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import xpheve as xp
 from xpheve.kernels import neighbours
+from xpheve.plan.pairs import PairSet
 
 
 def tiles(points: Any, slot: int = 0, width: int = 96) -> tuple[Any, Any]:
@@ -35,6 +37,7 @@ class List:
         self.count = len(self.address)
         self.reference = np.full(6 * self.count, math.nan)
         self.first = np.full(self.count + 1, -77, dtype=np.int64)
+        self.kind, self.kinds = np.zeros(self.count, dtype=np.int64), 0
         self.resize(capacity)
 
     def resize(self, capacity: int) -> None:
@@ -43,13 +46,15 @@ class List:
 
     def build(self) -> int:
         """Build it, interpreted, with as much room as it takes."""
+        kind = memoryview(self.kind)
         for _ in range(2):
             scratch = np.full(neighbours.room(self.count), 77, dtype=np.int64)
             views = [memoryview(one) for one in (self.s, self.address, self.reference, self.first, self.partners)]
             s, address, reference, first, partners = views
             work = memoryview(scratch)
             found = neighbours.build(
-                s, address, self.slot, self.count, self.reach, reference, work, first, partners, self.capacity
+                *(s, address, self.slot, self.count, kind, self.kinds),
+                *(self.reach, reference, work, first, partners, self.capacity),
             )
             if found >= 0:
                 return found
@@ -140,6 +145,26 @@ def test_any_coordinates_give_the_pairs_of_brute_force(points: list[tuple[float,
     check(points, reach)
 
 
+@pytest.mark.parametrize("sides", [False, True])
+def test_kinds_leave_out_the_pairs_that_a_set_leaves_out(sides: bool) -> None:
+    r = np.random.default_rng(8)
+    x = r.uniform(-2, 2, (150, 3))
+    o = [xp.PhysicalObject() for _ in x]
+    for k, obj in enumerate(o):
+        obj._row = k
+    between = ([one for one in o if r.random() < 0.4], [one for one in o if r.random() < 0.5]) if sides else None
+    law = type("Near", (xp.PairLaw,), {"cutoff": 0.9})(between=between)
+    pairs = PairSet(law, o, r.random(150) < 0.3)
+    one = List(x, 0.9)
+    one.kind, one.kinds = pairs.kinds(), 1
+    one.build()
+    expected = [(a, b) for both in pairs.chunks(x.T.copy()) for a, b in zip(*(s.tolist() for s in both), strict=True)]
+    assert one.pairs() == [(min(pair), max(pair)) for pair in expected]
+    assert 0 < len(expected) < len(brute(x, 0.9))
+    turned = [not (one.kind[i] & 4 and one.kind[j] & 2) for i, j in one.pairs()]
+    assert turned == [a > b for a, b in expected]
+
+
 def test_what_is_not_finite_is_in_no_pair_and_its_way_is_infinite() -> None:
     x = np.zeros((5, 3))
     x[1, 0], x[2, 1], x[3, 2] = math.nan, math.inf, -math.inf
@@ -164,7 +189,9 @@ def test_too_little_room_is_told_exactly_and_nothing_is_written_beyond_it() -> N
         work = np.zeros(neighbours.room(50), dtype=np.int64)
         views = [memoryview(a) for a in (one.s, one.address, one.reference, work, one.first, one.partners)]
         s, address, reference, work_, first, partners = views  # a memory view raises where an index is outside
-        assert neighbours.build(s, address, 0, 50, 1.0, reference, work_, first, partners, capacity) == -needed
+        kind = memoryview(one.kind)
+        got = neighbours.build(s, address, 0, 50, kind, 0, 1.0, reference, work_, first, partners, capacity)
+        assert got == -needed
     one = List(x, 1.0, capacity=needed)
     assert one.build() == needed and one.pairs() == brute(x, 1.0)
 
@@ -174,7 +201,8 @@ def test_arrays_of_python_serve_as_buffers() -> None:
     s[1] = 0.5
     address, reference = array("q", [0, 1]), array("d", [0.0] * 12)
     work, first, partners = (array("q", [0] * size) for size in (neighbours.room(2), 3, 9))
-    assert neighbours.build(s, address, 0, 2, 1.0, reference, work, first, partners, 4) == 1  # type: ignore[arg-type]
+    kind = array("q", [0, 0])
+    assert neighbours.build(s, address, 0, 2, kind, 0, 1.0, reference, work, first, partners, 4) == 1  # type: ignore[arg-type]
     assert list(first) == [0, 1, 1] and partners[0] == 1
 
 
@@ -213,7 +241,7 @@ def compiled() -> Any:
     build, moved = names["build"], names["moved"]
 
     def entry(f: Any, n: Any) -> int:
-        found: int = build(f[0], n[0], 0, n[1][0], f[2][0], f[1], n[2], n[3], n[4], n[1][1])
+        found: int = build(f[0], n[0], 0, n[1][0], n[5], n[1][2], f[2][0], f[1], n[2], n[3], n[4], n[1][1])
         f[2][1] = moved(f[0], n[0], 0, n[1][0], f[1])
         return found
 
@@ -232,16 +260,17 @@ def compiled() -> Any:
 @pytest.mark.slow
 def test_compiled_it_writes_the_same_lists() -> None:
     run = compiled()
-    for name, scene in SCENES.items():
+    for seed, (name, scene) in enumerate(SCENES.items()):
         x, reach = scene(np.random.default_rng(11))
         x[7, 1] = math.nan
         one = List(x, reach)
+        one.kind[:], one.kinds = np.random.default_rng(seed).integers(0, 1 << 11, len(x)), seed
         count = one.build()
         n, capacity = len(x), one.capacity
         numbers, work = np.array([reach, 0.0]), np.zeros(neighbours.room(n), dtype=np.int64)
         reference, first = np.zeros(6 * n), np.zeros(n + 1, dtype=np.int64)
-        partners, sizes = np.zeros(2 * capacity + 1, dtype=np.int64), np.array([n, capacity])
-        found = run([one.s, reference, numbers], [one.address, sizes, work, first, partners])
+        partners, sizes = np.zeros(2 * capacity + 1, dtype=np.int64), np.array([n, capacity, seed])
+        found = run([one.s, reference, numbers], [one.address, sizes, work, first, partners, one.kind])
         assert (found, numbers[1]) == (count, math.inf), name
         assert first.tolist() == one.first.tolist() and partners[:count].tolist() == one.partners[:count].tolist(), name
         assert reference[: 3 * n].tobytes() == one.reference[: 3 * n].tobytes()

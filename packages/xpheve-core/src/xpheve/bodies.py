@@ -29,7 +29,8 @@ WIDTHS = STATE_WIDTHS | AUTHORED_WIDTHS | DERIVED_WIDTHS
 class Bodies:
     """Structure of arrays. Vectors are stored component first, shape (width, rows), so that a component is contiguous.
 
-    A row holds the values at its last re-base, at the instant ``clock[:, row]`` = (base, offset). Rows 0 to ``count - 1`` are in use;
+    A row holds the values at its last re-base, at the instant ``clock[:, row]`` = (base, offset). Orientation and angular velocity have a
+    ``turn_clock`` of their own: free rotation is in closed form and goes on where places are re-based. Rows 0 to ``count - 1`` are in use;
     removing one moves the last into the gap. ``version`` goes up whenever a row's flight becomes another.
     """
 
@@ -46,6 +47,7 @@ class Bodies:
         self.capacity = capacity
         self.arrays: dict[str, Array] = {name: np.zeros((width, capacity)) for name, width in WIDTHS.items()}
         self.clock: Array = np.zeros((2, capacity))
+        self.turn_clock: Array = np.zeros((2, capacity))
         self.fixed = np.zeros(capacity, dtype=bool)
         self.driven = np.zeros(capacity, dtype=bool)
         self.serial = np.zeros(capacity, dtype=np.int64)
@@ -53,10 +55,20 @@ class Bodies:
         self.batch = np.full(capacity, -1, dtype=np.int64)
         self.local = np.zeros(capacity, dtype=np.int64)
         self.volume: Array = np.full(capacity, np.nan)
-        """Volume [m^3] of the shape, by whoever asked for it first; NaN until then, and after a new shape."""
+        """Volume [m^3] of the shape, by whoever asked for it first, -1 where there is none; NaN until then, and after a new shape."""
 
     def _plain(self) -> list[NDArray[Any]]:
-        return [self.clock, self.fixed, self.driven, self.serial, self.version, self.batch, self.local, self.volume]
+        plain = [
+            self.clock,
+            self.turn_clock,
+            self.fixed,
+            self.driven,
+            self.serial,
+            self.version,
+            self.batch,
+            self.local,
+        ]
+        return [*plain, self.volume]
 
     def reserve(self, rows: int) -> None:
         """Make room for ``rows`` more."""
@@ -86,6 +98,7 @@ class Bodies:
         self.driven[where] = False
         self.serial[where] = values["serial"]
         self.clock[0, where], self.clock[1, where] = clock
+        self.turn_clock[:, where] = self.clock[:, where]
         self.version[where] += 1
         self.batch[where] = -1
         self.volume[where] = np.nan
@@ -127,6 +140,15 @@ class Bodies:
     def clock_of(self, row: int) -> Instant:
         """When ``row`` was last re-based."""
         return float(self.clock[0, row]), float(self.clock[1, row])
+
+    def turn_clock_of(self, row: int) -> Instant:
+        """When orientation and angular velocity of ``row`` were last re-based."""
+        return float(self.turn_clock[0, row]), float(self.turn_clock[1, row])
+
+    def re_base(self, row: int, t: Instant) -> None:
+        """All that ``row`` holds is at ``t``."""
+        self.clock[:, row] = t
+        self.turn_clock[:, row] = t
 
 
 class BodiesView:

@@ -15,7 +15,7 @@ import click
 
 FINE, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
-NAMES = ("run", "explain", "laws", "show", "export", "doctor", "schema", "manifest")
+NAMES = ("run", "explain", "warm", "laws", "show", "export", "doctor", "schema", "manifest")
 
 
 class Commands(click.Group):

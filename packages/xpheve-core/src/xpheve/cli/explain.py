@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from xpheve.cli.options import Quantity, json_option, outside_option, until_option, without_option
+from xpheve.cli.options import Quantity, compile_option, json_option, outside_option, until_option, without_option
 
 
 @click.command("explain", short_help="Say who serves what in a scene, and why.")
@@ -15,11 +15,18 @@ from xpheve.cli.options import Quantity, json_option, outside_option, until_opti
 @click.option(
     "--dt", type=Quantity("s"), metavar="S", help="Host steps of this length [s]; without it, to a tolerance."
 )
+@compile_option
 @json_option
 @without_option
 @outside_option
 def command(
-    scene: Path, until: float | None, dt: float | None, as_json: bool, without: tuple[str, ...], allow_outside: bool
+    scene: Path,
+    until: float | None,
+    dt: float | None,
+    compile_: str | None,
+    as_json: bool,
+    without: tuple[str, ...],
+    allow_outside: bool,
 ) -> None:
     """Explain SCENE: groups and their steppers, laws and what they cost, what was skipped, the error.
 
@@ -29,7 +36,7 @@ def command(
     from xpheve.scene import read
 
     file = read(scene, allow_outside=allow_outside)
-    engine = file.build(without=without)
+    engine = file.build(without=without, compile=compile_)
     if until is not None:
         dt = dt if dt is not None else file.run.dt
         rtol, atol = (file.run.rtol, file.run.atol) if dt is None else (None, None)

@@ -38,4 +38,10 @@ outside_option = click.option("--allow-outside", is_flag=True, help="Let the sce
 without_option = click.option(
     "--no-law", "without", multiple=True, metavar="ID", help="Leave out a law, by id or name; may be given again."
 )
+compile_option = click.option(
+    "--compile",
+    "compile_",
+    type=click.Choice(["auto", "always", "never"]),
+    help="Compile loops over many objects (auto), all, or none; before what the scene says.",
+)
 until_option = click.option("--until", type=Quantity("s", above=False), metavar="T", help="Time to run to [s].")

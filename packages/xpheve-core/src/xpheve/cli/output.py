@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -86,6 +86,7 @@ def progress(engine: Any, until: float, *, shown: bool) -> Iterator[None]:
         transient=True,
     ) as bar:
         task = bar.add_task("", total=until)
+        watched = _on_compile(lambda what: bar.console.print(f"compiling {what} ...", markup=False, highlight=False))
 
         def watch() -> None:
             while not done.wait(TICK):
@@ -98,3 +99,28 @@ def progress(engine: Any, until: float, *, shown: bool) -> Iterator[None]:
         finally:
             done.set()
             watcher.join()
+            watched()
+
+
+@contextmanager
+def compiling(*, shown: bool) -> Iterator[None]:
+    """Show what is being compiled, if ``shown`` and stderr is a terminal."""
+    if not shown or not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    with Console(stderr=True).status("planning ...") as status:
+        watched = _on_compile(lambda what: status.update(Text(f"compiling {what} ...")))
+        try:
+            yield
+        finally:
+            watched()
+
+
+def _on_compile(show: Callable[[str], object]) -> Callable[[], None]:
+    """Call ``show`` with what is compiled whenever that begins; returns what ends it."""
+    from xpheve.compile import on_compile
+
+    return on_compile(lambda what, seconds: show(printable(what)) if seconds is None else None)

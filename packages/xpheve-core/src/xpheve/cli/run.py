@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from xpheve.cli.options import Quantity, json_option, outside_option, until_option, without_option
+from xpheve.cli.options import Quantity, compile_option, json_option, outside_option, until_option, without_option
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
@@ -32,6 +32,7 @@ SHOWN = 20  # objects in the table that is printed
     metavar="PATH",
     help="A folder for record.arrow, explain.txt and summary.json; or the file of the record, if it ends in .arrow.",
 )
+@compile_option
 @json_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @without_option
@@ -44,6 +45,7 @@ def command(
     rtol: float | None,
     atol: float | None,
     out: Path | None,
+    compile_: str | None,
     as_json: bool,
     quiet: bool,
     without: tuple[str, ...],
@@ -67,7 +69,7 @@ def command(
         rtol = rtol if rtol is not None else given.rtol
         atol = atol if atol is not None else given.atol
     every = every if every is not None else given.every
-    engine = file.build(without=without)
+    engine = file.build(without=without, compile=compile_)
     folder, record_path = _places(out, file.record)
     if record_path is not None and every is None:
         every = until / FRAMES if until > 0 else 1.0
@@ -148,9 +150,10 @@ def summarise(
     """Return what summary.json and ``--json`` say: times, conserved quantities, final state."""
     from xpheve import __version__
     from xpheve.objects import FIELDS
+    from xpheve.plan.explain import drift as drift_of
 
     energy = engine.energy()
-    drift = record.energy_drift if record is not None and len(record) else engine.explain().data["energy"]["drift"]
+    drift = record.energy_drift if record is not None and len(record) else drift_of(engine)
     error = None
     if failure is not None:
         error = "interrupted" if isinstance(failure, KeyboardInterrupt) else f"{type(failure).__name__}: {failure}"

@@ -31,6 +31,9 @@ class PhysicsEngine(Running, Handles, Objects):
         Packs, distributions or ids that must not be used.
     on_law_error
         ``"raise"``, or ``"disable"`` to switch off a law that fails, with a warning, and go on.
+    compile
+        ``"auto"``: loops over many objects or pairs are compiled, small ones are not; by the scene alone, never by a clock or a cache.
+        ``"always"``, or ``"never"``.
 
     Raises
     ------
@@ -46,6 +49,7 @@ class PhysicsEngine(Running, Handles, Objects):
         registry: Registry | None = None,
         disable: Sequence[str] = (),
         on_law_error: str = "raise",
+        compile: str = "auto",
     ) -> None:
         if up not in ("x", "y", "z"):
             raise InvalidValueError(f"up = {up!r}: choose 'x', 'y' or 'z'")
@@ -63,6 +67,7 @@ class PhysicsEngine(Running, Handles, Objects):
         self._prepare_control()
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers))
+        self._world.wish_compiled(compile)
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 

@@ -52,6 +52,15 @@ class Looking(Control):
         return self._world.seed
 
     @property
+    def compile(self) -> str:
+        """``"auto"``, ``"always"`` or ``"never"``: which loops are compiled. Set anew, it holds from the next step on; motion stays the same."""
+        return self._world.compile
+
+    @compile.setter
+    def compile(self, wish: str) -> None:
+        self._world.wish_compiled(wish)
+
+    @property
     def state(self) -> str:
         """``"ready"``, ``"running"``, ``"suspended"``, ``"failed"`` or ``"terminated"``."""
         return self._state

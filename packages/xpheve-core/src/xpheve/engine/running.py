@@ -77,8 +77,10 @@ class Running(Saving):
             if self._state == "running":
                 self._state = "ready"
             failed = {law.label(): what for law, what in self._world.failed.items()}
-            note = {"disabled_by_error": failed} if failed else None
-            found = recorder.close(note) if recorder is not None else None
+            note: dict[str, Any] = {"disabled_by_error": failed} if failed else {}
+            if self._world.tiers:
+                note["tiers"] = {" + ".join(one.laws): tier for one, tier in self._world.tiers.items()}
+            found = recorder.close(note or None) if recorder is not None else None
         return found
 
     def step(self, dt: float) -> None:
@@ -215,6 +217,7 @@ class Running(Saving):
             "seed": self.seed,
             "every": every,
             "steppers": choices,
+            "compile": self.compile,
         }
 
 

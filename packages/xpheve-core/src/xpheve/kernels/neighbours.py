@@ -52,6 +52,8 @@ def build(
     address: list[int],
     slot: int,
     count: int,
+    kind: list[int],
+    kinds: int,
     reach: float,
     reference: list[float],
     work: list[int],
@@ -63,6 +65,9 @@ def build(
 
     Parameters
     ----------
+    kind, kinds
+        Which bodies make pairs: kind[i] holds in bits 0 to 2 a number, and in bit 3 + m whether i makes pairs with bodies of number m
+        (as `xpheve.plan.pairs.PairSet` gives it). Not read if ``kinds`` is 0: then all do.
     reference
         Positions [m] as they are now, for `moved`, by body; written, 6 count. The second half is scratch.
     work
@@ -77,7 +82,7 @@ def build(
     mask = buckets(count) - 1
     take(s, address, slot, count, reach, reference, work)
     sort(count, mask, reference, work)
-    found = gather(count, mask, reach, reference, work, partners, capacity)
+    found = gather(count, kind, kinds, mask, reach, reference, work, partners, capacity)
     if found > capacity:
         return -found
     turn(count, work, first, partners, capacity)
@@ -157,7 +162,15 @@ def sort(count: int, mask: int, reference: list[float], work: list[int]) -> None
 
 
 def gather(
-    count: int, mask: int, reach: float, reference: list[float], work: list[int], partners: list[int], capacity: int
+    count: int,
+    kind: list[int],
+    kinds: int,
+    mask: int,
+    reach: float,
+    reference: list[float],
+    work: list[int],
+    partners: list[int],
+    capacity: int,
 ) -> int:
     """Number of pairs; the lower partners of body j are written to partners[capacity + p], from p = work[3 count + j] on."""
     start, head = 3 * count, 4 * count + 1
@@ -183,7 +196,8 @@ def gather(
                     dx, dy, dz = reference[at] - x, reference[at + 1] - y, reference[at + 2] - z
                     partners[capacity + min(found, capacity)] = i  # stays if it is near: no branch is to be guessed
                     # Another cell may have the same bucket: its bodies are met when that cell is looked into.
-                    found += (dx * dx + dy * dy + dz * dz < limit) & (work[2 * count + p] == there)
+                    near = (dx * dx + dy * dy + dz * dz < limit) & (work[2 * count + p] == there)
+                    found += near if kinds == 0 else near & (kind[j] >> (3 + (kind[i] & 7)))
     work[start + count] = found
     return found
 

@@ -7,6 +7,10 @@ Numerical Integration, I.1.4 and II.5):
 
 Forces without velocities are found once. Sums of x, v and work keep their remainders (Knuth's two-sum; TAOCP 2, 4.2.2). In the last step
 of a call only a is found: its flight is under way, and ends when somebody asks for more.
+
+Where rows turn, M is their angular momentum, q their orientation (`xpheve.kernels.spin`):
+
+    q1 = q turned by h/2;   T(m, v, q1, w1) gives w1' = w1 + h/2 T/J;   T(m, v', q1, w1') gives T;   M += h T;   q = q1 turned by h/2
 """
 
 from __future__ import annotations
@@ -25,11 +29,16 @@ H, ORIGIN, UP, PARAMETERS = 0, 1, 3, 6
 class FieldText:
     """Writes function ``fields_<number>`` for rows that obey ``terms``, in this order.
 
-    ``arrays`` chooses NumPy text, in which ``s`` is (slots, rows) and a row loop is an array operation; else ``s`` is flat, in tiles.
+    ``turning`` says that the rows turn in steps, too. `xpheve.loop.array_fields` writes the same for NumPy.
     """
 
-    def __init__(self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, arrays: bool) -> None:
-        self.number, self.terms, self.slots, self.arrays = number, terms, slots, arrays
+    arrays = False
+
+    def __init__(
+        self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, turning: bool = False
+    ) -> None:
+        self.turning = turning
+        self.number, self.terms, self.slots = number, terms, slots
         self.stored_work = stored_work
         self.pulled, self.pushed = "pull" in slots.first, "push" in slots.first
         self.head: list[str] = []
@@ -44,11 +53,7 @@ class FieldText:
         for k, term in enumerate(terms):
             self.writers.append(self._writer(k, term, offset))
             offset += term.size
-        self.working = (
-            stored_work
-            or bool({"pull_working", "push_working"} & slots.first.keys())
-            or any(not term.accounted for term in terms)
-        )
+        self.working = stored_work or bool(slots.pair_work) or any(not term.accounted for term in terms)
 
     @property
     def reads_time(self) -> bool:
@@ -81,20 +86,28 @@ class FieldText:
                 return f"m{AXES[component]}"
             if name == "velocity":
                 return f"v{AXES[component]}"
+            if self.turning and name == "orientation":
+                return f"turn_q[{component}]"
+            if self.turning and name == "angular_velocity":
+                return f"turn_w[{component}]"
             return self._column(name, component)
 
-        outputs = term.trace.force or ()
+        outputs = self._outputs(term)
         timely, own = depends(outputs, ("time",)), rowwise(outputs)
-        fixed = Writer(leaf, prefix=f"f{k}_")
+        fixed = Writer(leaf, prefix=f"f{k}_", starts=self.slots.starts)
         fixed.write(shared_nodes(outputs, own | timely))
         self.head += fixed.lines
-        later = Writer(leaf, prefix=f"g{k}_")
+        later = Writer(leaf, prefix=f"g{k}_", starts=self.slots.starts)
         later.names.update(fixed.names)
         later.write(shared_nodes(outputs, own))
         self.tick += later.lines
-        writer = Writer(leaf, self.arrays, prefix=f"a{k}_")
+        writer = Writer(leaf, self.arrays, prefix=f"a{k}_", starts=self.slots.starts)
         writer.names.update(later.names)
         return writer
+
+    def _outputs(self, term: Term) -> list[Node]:
+        """What is found of ``term``: its force, and its torque where rows turn."""
+        return term.trace.motion if self.turning else list(term.trace.force or ())
 
     def _column(self, name: str, component: int) -> str:
         """The variable that holds a number of the row; loaded at its first use."""
@@ -106,8 +119,7 @@ class FieldText:
 
     def load(self, name: str, component: int = 0) -> str:
         """A number of the row, where it lies."""
-        place = self.slots.at(name, component)
-        return f"s[{place // LANES}, first:last]" if self.arrays else f"s[i + {place}]"
+        return f"s[i + {self.slots.at(name, component)}]"
 
     def store(self, name: str, component: int, value: str) -> None:
         self.body.append(f"{self.load(name, component)} = {value}")
@@ -115,18 +127,24 @@ class FieldText:
     # One row
 
     def _forces(self, stage: int, which: Sequence[int]) -> dict[int, list[str]]:
-        """Write the forces of terms ``which``; the names of their components. At stage 2 velocities are those of the middle."""
+        """Write the forces of terms ``which``; the names of their components. At stage 2 velocities are those of the middle.
+
+        Torques come into ``self.twists``.
+        """
         found = {}
         for k in which:
             term, writer = self.terms[k], self.writers[k]
-            outputs = list(term.trace.force or ())
+            outputs = self._outputs(term)
             if stage == 2:
-                moved = depends(outputs, ("velocity",))
+                speeds = {"velocity": [f"u{axis}" for axis in AXES]}
+                if self.turning:
+                    speeds["angular_velocity"] = [f"turn_u[{c}]" for c in range(3)]
+                moved = depends(outputs, tuple(speeds))
                 writer.names = {index: name for index, name in writer.names.items() if index not in moved}
                 inputs = {
-                    n.index: f"u{AXES[n.value.component]}"
+                    n.index: speeds[n.value.name][n.value.component]
                     for n in term.trace.graph.nodes
-                    if n.op == "input" and n.value.name == "velocity"
+                    if n.op == "input" and n.value.name in speeds
                 }
                 writer.names.update(inputs)
                 writer.prefix = f"b{k}_"
@@ -135,12 +153,15 @@ class FieldText:
             self.body += writer.lines[at:]
             if term.switch:
                 names = self._switched(k, stage, names)
-            found[k] = names
+            if term.trace.force is not None:
+                found[k] = names[:3]
+            if self.turning and term.trace.torque is not None:
+                self.twists[k] = names[-3:]
         return found
 
     def _switched(self, k: int, stage: int, names: list[str]) -> list[str]:
         """The components, or 0 where the term is put out."""
-        put = [f"o{k}{stage}{axis}" for axis in AXES]
+        put = [f"o{k}{stage}_{c}" for c in range(len(names))]
         for new, old in zip(put, names, strict=True):
             self.body.append(f"{new} = {old} if on_{k} != 0.0 else 0.0")
         return put
@@ -159,41 +180,99 @@ class FieldText:
         for c, axis in enumerate(AXES):
             self.body.append(f"{prefix}{axis} = w{axis} + {force[c]} * im")
 
-    def row(self, half_only: bool = False) -> list[str]:
-        """The lines of one row and step. ``half_only``: only as far as the velocity of the middle, which is stored."""
-        self.body = []
-        self._loaded = {}
+    def _begin(self) -> None:
+        """Place, velocity, what acts all the time, and the place in the middle."""
         for c, axis in enumerate(AXES):
             self.body += [f"x{axis} = {self.load('position', c)}", f"v{axis} = {self.load('velocity', c)}"]
             self.body += [f"w{axis} = {self.load('stored', c)}"]
         self.body.append(f"im = {self.load('inverse_mass')}")
         for axis in AXES:
             self.body.append(f"m{axis} = x{axis} + half * v{axis}")
+
+    def _middle_velocity(self) -> None:
+        for axis in AXES:
+            self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+
+    def row(self, half_only: bool = False) -> list[str]:
+        """The lines of one row and step. ``half_only``: only as far as the velocity of the middle, which is stored."""
+        self.body = []
+        self._loaded = {}
+        self._begin()
+        self.twists: dict[int, list[str]] = {}
+        if self.turning:
+            self._turn_half_way()
         order = summation_order(self.terms)
         still = [k for k in order if not self.terms[k].of_velocity]
         moving = [k for k in order if self.terms[k].of_velocity]
         forces = self._forces(1, still)
-        before = [[*([self._slot("pull")] if self.pulled else []), *(forces[k] for k in still)]]
+        before = [[*([self._slot("pull")] if self.pulled else []), *(forces[k] for k in still if k in forces)]]
         if moving or self.pushed:
             if not self.pushed or half_only:
                 first = forces | self._forces(1, moving)
                 push = [self._slot("push")] if self.pushed else []
-                self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving]))
-                for axis in AXES:
-                    self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+                self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving if k in first]))
+                self._middle_velocity()
+                if self.turning:
+                    self._spin_half_way("u", self._torque())
                 if half_only:
                     for c, axis in enumerate(AXES):
                         self.store("middle_velocity", c, f"u{axis}")
+                        if self.turning:
+                            self.store("middle_spin", c, f"turn_u[{c}]")
                     return self.body
             else:
                 for c, axis in enumerate(AXES):
                     self.body.append(f"u{axis} = {self.load('middle_velocity', c)}")
+                if self.turning:
+                    self.body.append(f"turn_u = ({', '.join(self._slot('middle_spin'))})")
             forces |= self._forces(2, moving)
         push = [self._slot("push")] if self.pushed else []
-        total = self._sum("e", before[0] + push + [forces[k] for k in moving])
+        total = self._sum("e", before[0] + push + [forces[k] for k in moving if k in forces])
         self._acceleration("a", total)
-        self._finish(total, [forces[k] for k in order if not self.terms[k].accounted])
+        self._finish(total, [forces[k] for k in order if k in forces and not self.terms[k].accounted])
+        if self.turning:
+            self._turn_on(self._torque())
         return self.body
+
+    # Rotation
+
+    def _vector(self, name: str, count: int = 3) -> str:
+        return f"({', '.join(self.load(name, c) for c in range(count))})"
+
+    def _turn_half_way(self) -> None:
+        """Orientation and angular velocity in the middle, of the latter what stored torques make of it."""
+        self.body += [
+            f"turn_0 = {self._vector('orientation', 4)}",
+            f"spread = {self._vector('spread')}",
+            f"inverse = {self.load('inverse_moment')}",
+            f"twist = {self._vector('stored_torque')}",
+            f"turn_m = spin__stretched(turn_0, {self._vector('angular_velocity')}, {self._vector('excess')})",
+            "turn_q = spin__turned(turn_0, turn_m, spread, half)",
+        ]
+        self._spin_half_way("w", [f"twist[{c}]" for c in range(3)])
+
+    def _spin_half_way(self, name: str, torque: list[str]) -> None:
+        kick = ", ".join(f"{one} * inverse" for one in torque)
+        self.body.append(f"turn_{name} = spin__stretched(turn_q, spin__kicked(turn_m, ({kick}), half), spread)")
+
+    def _torque(self) -> list[str]:
+        """Variables that hold the whole torque."""
+        parts = [[f"twist[{c}]" for c in range(3)], *(self.twists[k] for k in sorted(self.twists))]
+        return self._sum("r", parts)
+
+    def _turn_on(self, torque: list[str]) -> None:
+        """The torque is kept; but in the last step of a call, rotation goes on to the end of the step."""
+        for c in range(3):
+            self.store("torque", c, torque[c])
+        kick = ", ".join(f"{one} * inverse" for one in torque)
+        self.body += [
+            "if g != 0.0:",
+            f"    turn_m = spin__kicked(turn_m, ({kick}), g)",
+            "    turn_q = spin__turned(turn_q, turn_m, spread, half)",
+            "    turn_w = spin__stretched(turn_q, turn_m, spread)",
+        ]
+        self.body += [f"    {self.load('orientation', c)} = turn_q[{c}]" for c in range(4)]
+        self.body += [f"    {self.load('angular_velocity', c)} = turn_w[{c}]" for c in range(3)]
 
     def _finish(self, total: list[str], working: list[list[str]]) -> None:
         """Drift and kick by ``g``, which is h, or 0 in the last step of a call; what the row keeps is stored."""
@@ -202,12 +281,7 @@ class FieldText:
         for axis in AXES:
             self.body.append(f"d{axis} = g * (v{axis} + gh * a{axis})")
         if self.working:
-            parts = [
-                *([self._slot("pull_working")] if "pull_working" in self.slots.first else []),
-                *([self._slot("push_working")] if "push_working" in self.slots.first else []),
-                *working,
-            ]
-            names = self._sum("z", parts)
+            names = self._sum("z", [*(self._slot(name) for name in self.slots.pair_work), *working])
             for c in range(3):
                 self.store("working", c, names[c])
             if self.stored_work:
@@ -234,9 +308,12 @@ class FieldText:
     def function(self, half_only: bool = False) -> list[str]:
         """The lines of ``fields_<number>``, or of ``halves_<number>``."""
         name = "halves" if half_only else "fields"
-        body = self.row(half_only)
+        return self._around(name, self.row(half_only))
+
+    def _around(self, name: str, body: list[str]) -> list[str]:
+        """The function about the lines of one row and step."""
         head = [
-            f"def {name}_{self.number}(s, p, w, first, last, lanes_of_last, q, step, stop, steps, number):",
+            f"def {name}_{self.number}(s, p, tables, first, last, lanes_of_last, q, step, stop, steps, number):",
             "    h = p[0]",
             "    half = 0.5 * h",
         ]
@@ -245,15 +322,15 @@ class FieldText:
         if self.reads_time:
             tick.append(f"now = clock__later(clock__multiple((p[{ORIGIN}], p[{ORIGIN + 1}]), number + k, h), half)[0]")
         tick += self.tick
-        if self.arrays:
-            lines = [*head, "    for k in range(step, stop):"]
-            lines += [f"        {line}" for line in [*tick, *body]]
-            return [*lines, "    return 0", ""]
-        lines = [*head, "    for tile in range(first, last):", f"        base = tile * {self.slots.width * LANES}"]
+        return [*head, *self._loops(tick, body), "    return 0", ""]
+
+    def _loops(self, tick: list[str], body: list[str]) -> list[str]:
+        """Tiles, steps, lanes: the numbers of a tile stay in the cache for all steps."""
+        lines = ["    for tile in range(first, last):", f"        base = tile * {self.slots.width * LANES}"]
         lines += [
             f"        lanes = {LANES} if tile < last - 1 else lanes_of_last",
             "        for k in range(step, stop):",
         ]
         lines += [f"            {line}" for line in tick]
         lines += ["            for i in range(base, base + lanes):", *(f"                {line}" for line in body)]
-        return [*lines, "    return 0", ""]
+        return lines

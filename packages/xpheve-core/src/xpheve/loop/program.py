@@ -13,13 +13,17 @@ from xpheve.kernels.neighbours import room
 from xpheve.loop.array_run import array_entry
 from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
-from xpheve.loop.terms import LANES, Term
-from xpheve.loop.text import FIRST_COUPLES, PER_COUPLES, LoopText, PairKind
+from xpheve.loop.terms import CHANGING, LANES, Term
+from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
+from xpheve.trace.graph import walk
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 INTERPRETED, NUMPY, COMPILED = "interpreted", "numpy", "compiled"
+
+MODEST = 1e70
+"""Numbers below it, and steps, cannot make a flight leave the range of floats, nor its work."""
 
 
 class Segment(NamedTuple):
@@ -58,15 +62,24 @@ class Program:
         How many rows move, and how many only act on them.
     stored_work
         Whether stored forces without potential act on a row.
+    turning
+        How rows turn: "free", "turn" where a law asks for it, or "all turn"; see `xpheve.loop.text`.
     """
 
     def __init__(
-        self, segments: Sequence[Segment], couples: Sequence[Couples], moving: int, sources: int, stored_work: bool
+        self,
+        segments: Sequence[Segment],
+        couples: Sequence[Couples],
+        moving: int,
+        sources: int,
+        stored_work: bool,
+        turning: str = FREE,
     ) -> None:
         self.segments, self.couples = tuple(segments), tuple(couples)
-        self.moving, self.sources = moving, sources
+        self.moving, self.sources, self._stored_work = moving, sources, stored_work
         kinds = list(dict.fromkeys(one.terms for one in segments))
-        self.loop = LoopText(kinds, [PairKind(one.term, one.how, one.which is None) for one in couples], stored_work)
+        pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in couples]
+        self.loop = LoopText(kinds, pair_kinds, stored_work, turning)
         self._kinds = [kinds.index(one.terms) for one in segments]
         self._lay_tiles()
         self.neighbours = {k: Neighbours(len(one.left)) for k, one in enumerate(self.couples) if one.how == NEAR}
@@ -92,6 +105,12 @@ class Program:
     def terms(self) -> list[Term]:
         """The law classes that act, each once."""
         return list(dict.fromkeys([*(t for s in self.segments for t in s.terms), *(c.term for c in self.couples)]))
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Kernel files written by hand that the text calls: name and path."""
+        found = [n.value[0] for term in self.terms for n in walk(term.trace.motion) if n.op == "kernel"]
+        return {name: path for name, path, _ in found}
 
     def _lay_tiles(self) -> None:
         """Where each row lies: a segment begins with a tile of its own."""
@@ -146,12 +165,20 @@ class Program:
             found = self._entries[tier] = self._make(tier)
         return found
 
+    def made(self, tier: str) -> Any:
+        """What runs the loop in ``tier`` if it was made already; None else."""
+        return self._entries.get(tier)
+
     def _make(self, tier: str) -> Callable[..., int]:
-        if tier == NUMPY:
+        files = self.files
+        if tier == NUMPY and not files:
             return array_entry(self.text(arrays=True))
         from xpheve.compile import assemble, compiled, interpreted
 
-        text = assemble(self.text(arrays=False))
+        if tier == NUMPY:
+            wanted = ", ".join(f"{name}__force" for name in files)
+            return array_entry(self.text(arrays=True), assemble(f"def entry(f, n):\n    return ({wanted},)\n", files))
+        text = assemble(self.text(arrays=False), files)
         if tier == INTERPRETED:
             return interpreted(text)
         return compiled(text, what=" + ".join(dict.fromkeys(term.trace.label for term in self.terms)))
@@ -182,6 +209,24 @@ class Program:
             self._make_room(ints[0])
         self._from_tiles(tiled, numbers)
 
+    def strays(self, numbers: Array, h: float) -> NDArray[np.bool_]:
+        """Which moving rows have left the range of floats after a run, or will by the end of the step of ``h`` [s] that is under way."""
+        slots = self.loop.slots
+        changed = numbers[: slots.changing, : self.moving]
+        if self.moving and max(changed.max(), -changed.min()) < MODEST and h < MODEST and not self._stored_work:
+            return np.zeros(self.moving, dtype=bool)
+        part = {name: changed[slots.first[name] : slots.first[name] + width] for name, width in CHANGING.items()}
+        with np.errstate(all="ignore"):
+            way = h * (part["velocity"] + 0.5 * h * part["acceleration"])
+            force = part["working"]
+            if self._stored_work:
+                first = slots.first["stored_working"]
+                force = force + numbers[first : first + 3, : self.moving]
+            ends = [part["position"] + way, part["velocity"] + h * part["acceleration"]]
+            ends.append(part["work"] + (force * way).sum(axis=0))
+        strays: NDArray[np.bool_] = ~np.isfinite(np.concatenate([changed, *ends])).all(axis=0)
+        return strays
+
     def _make_room(self, counts: Places) -> None:
         """Room in the lists of neighbours for what was wanted, and some more."""
         for k, neighbours in self.neighbours.items():
@@ -195,12 +240,17 @@ class Program:
         """What the entry is called with: numbers, and whole numbers."""
         segments = []
         for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
-            where = (first, last) if rows else (tile, end)
             over = (last - first) % LANES or LANES
-            segments.append([self._kinds[k], *where, over, self._places[k][0]])
+            if not rows:
+                segments.append([self._kinds[k], tile, end, over, self._places[k][0]])
+                continue
+            most = last - first if self.couples else ARRAY_ROWS
+            for begin in range(first, last, most):
+                segments.append([self._kinds[k], begin, min(begin + most, last), over, self._places[k][0]])
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
         counts = [len(segments), steps, number, self.rows if rows else self.tiles]
-        floats: list[Array] = [state, table, _NO_TABLES]
+        tables = self.loop.tables if len(self.loop.tables) else _NO_TABLES
+        floats: list[Array] = [state, table, tables]
         lists: list[Any] = []
         for k, (couples, at) in enumerate(zip(self.couples, self._places[len(self.segments) :], strict=True)):
             neighbours = None if rows else self.neighbours.get(k)
@@ -244,6 +294,8 @@ class Program:
 
 _NO_TABLES = np.zeros(1)
 _NOTHING = np.zeros(1, dtype=np.int64)
+ARRAY_ROWS = 4096
+"""Rows that NumPy carries through all steps of a call before the next ones: so many numbers stay in a cache."""
 SKIN = 0.12
 """How much farther than the cutoff lists of neighbours reach, of the cutoff: they serve until a body has gone half of that."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from xpheve.trace.graph import Input, Node, walk
 from xpheve.trace.law_trace import LawTrace
@@ -18,6 +18,10 @@ CHANGING = {
     "position": 3, "velocity": 3, "position_rest": 3, "velocity_rest": 3, "acceleration": 3, "working": 3, "work": 1, "work_rest": 1,
 }  # fmt: skip
 """What a run changes of a row, with the numbers it has."""
+
+TURNING = {"orientation": 4, "angular_velocity": 3, "torque": 3}
+"""What a run changes besides where rows turn; `Slots` adds what it needs for that: the stored torque and the moments, in units of the middle one."""
+MOMENTS = {"stored_torque": 3, "excess": 3, "spread": 3, "inverse_moment": 1}
 
 MOVING = ("position", "velocity")
 SCENE = ("time", "up")
@@ -37,8 +41,13 @@ class Term(NamedTuple):
 
     @property
     def of_velocity(self) -> bool:
-        """Whether the force depends on a velocity."""
-        return "velocity" in self.trace.reads
+        """Whether force or torque depends on a velocity, or on an angular velocity."""
+        return bool(self.trace.reads & {"velocity", "angular_velocity"})
+
+    @property
+    def of_turning(self) -> bool:
+        """Whether it needs to know how a row turns, or turns it."""
+        return self.trace.torque is not None or bool(self.trace.reads & {"orientation", "angular_velocity"})
 
     @property
     def size(self) -> int:
@@ -57,27 +66,38 @@ def summation_order(terms: Sequence[Term]) -> list[int]:
 class Slots:
     """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
 
-    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool) -> None:
+    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
-        for name, width in CHANGING.items():
+        self.starts: dict[Any, int] = {}
+        """Where the numbers of each table begin in the buffer of all."""
+        self.run = CHANGING | TURNING if turning else CHANGING
+        """What a run changes, with the numbers it has."""
+        for name, width in self.run.items():
             self._add(name, width)
         self.changing = self.width
         """Slots that a run changes; they come first."""
         self._add("stored", 3)
         self._add("inverse_mass", 1)
+        for name, width in MOMENTS.items() if turning else ():
+            self._add(name, width)
         if stored_work:
             self._add("stored_working", 3)
         if pairs:
             self._add("middle", 3)
         if any(term.of_velocity for term in pairs):
             self._add("middle_velocity", 3)
-        for term in pairs:
-            for name in sums_of(term):
+            if turning:
+                self._add("middle_spin", 3)
+        self.sums, self.pair_work = _sums(pairs)
+        for names in self.sums.values():
+            for name in names:
                 self._add(name, 3)
-        self.columns = tuple(columns)
+        self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
             self._add(name, WIDTHS.get(name, 1))
+        self.width += 1 - self.width % 2
+        # An odd number of slots: so the tiles' equal slots are spread over all sets of a cache, where an even one would put them into few.
 
     def _add(self, name: str, width: int) -> None:
         if name in self.first:
@@ -90,17 +110,30 @@ class Slots:
         return (self.first[name] + component) * LANES
 
 
-def sums_of(term: Term) -> tuple[str, ...]:
-    """The slots that sum the force of a pair law: found once a step, or again with the velocity of the middle; and what works."""
-    name = "push" if term.of_velocity else "pull"
-    return (name,) if term.accounted else (name, f"{name}_working")
+def _sums(pairs: Sequence[Term]) -> tuple[dict[Term, tuple[str, ...]], tuple[str, ...]]:
+    """The slots that sum the forces of each pair law, and those that hold what works.
+
+    "pull" is found once a step, "push" again with the velocity of the middle. Where some have a potential and others have none, what works is
+    summed beside.
+    """
+    sums: dict[Term, tuple[str, ...]] = {}
+    work: list[str] = []
+    for name in ("pull", "push"):
+        mine = [term for term in pairs if term.of_velocity == (name == "push")]
+        mixed = len({term.accounted for term in mine}) > 1
+        for term in mine:
+            sums[term] = (name, f"{name}_working") if mixed and not term.accounted else (name,)
+        if any(not term.accounted for term in mine):
+            work.append(f"{name}_working" if mixed else name)
+    return sums, tuple(work)
 
 
-def columns_of(terms: Iterable[Term]) -> tuple[str, ...]:
-    """What ``terms`` read of a row besides place and velocity, in order of name."""
+def columns_of(terms: Iterable[Term], turning: bool = False) -> tuple[str, ...]:
+    """What ``terms`` read of a row besides place and velocity, in order of name; for torques, too, if rows are ``turning``."""
     found: set[str] = set()
     for term in terms:
-        found.update(node.value.name for node in walk(term.trace.force or ()) if node.op == "input")
+        outputs = term.trace.motion if turning else term.trace.force or ()
+        found.update(node.value.name for node in walk(outputs) if node.op == "input")
     return tuple(sorted(found - {*MOVING, *SCENE}))
 
 
@@ -147,5 +180,4 @@ __all__ = [
     "rowwise",
     "shared_nodes",
     "summation_order",
-    "sums_of",
 ]

@@ -6,12 +6,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from xpheve.loop.array_couples import ArrayPairText
+from xpheve.loop.array_fields import ArrayFieldText
 from xpheve.loop.couples import LISTED, NEAR, PairText
 from xpheve.loop.fields import AXES, ORIGIN, FieldText
 from xpheve.loop.terms import LANES, Slots, Term, columns_of
+from xpheve.trace.table import packed, tables_of
 
-CALL = "s, p, w, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
+CALL = "s, p, tables, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
 
+
+FREE, TURN, ALL_TURN = "free", "turn", "all turn"
+"""How rows turn in a loop: on their own, in closed form; in steps where a law asks for it; all in steps."""
 
 REFERENCES = 3
 """The first of the buffers with places at which lists of neighbours were made."""
@@ -37,12 +42,23 @@ class LoopText:
     stopped before step k for want of room in a list of neighbours; how much is wanted stands in the counts then.
     """
 
-    def __init__(self, kinds: Sequence[tuple[Term, ...]], pair_kinds: Sequence[PairKind], stored_work: bool) -> None:
+    def __init__(
+        self,
+        kinds: Sequence[tuple[Term, ...]],
+        pair_kinds: Sequence[PairKind],
+        stored_work: bool,
+        turning: str = FREE,
+    ) -> None:
+        self.turning = turning
         self.kinds, self.pair_kinds, self.stored_work = tuple(kinds), tuple(pair_kinds), stored_work
         terms = [term for kind in kinds for term in kind] + [kind.term for kind in pair_kinds]
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
-        self.slots = Slots(columns_of(terms), [kind.term for kind in pair_kinds], stored_work)
+        turns = turning != FREE
+        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
+        tables = dict.fromkeys(table for term in terms for table in tables_of(term.trace.motion))
+        self.tables, self.slots.starts = packed(list(tables))
+        """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
     def text(self, arrays: bool) -> str:
@@ -60,7 +76,9 @@ class LoopText:
         return "\n".join([*lines, *self._entry(arrays)]) + "\n"
 
     def _fields(self, number: int, kind: tuple[Term, ...], arrays: bool) -> FieldText:
-        return FieldText(number, kind, self.slots, self.stored_work, arrays)
+        turning = self.turning == ALL_TURN or (self.turning == TURN and any(term.of_turning for term in kind))
+        maker = ArrayFieldText if arrays else FieldText
+        return maker(number, kind, self.slots, self.stored_work, turning)
 
     def _middles(self, arrays: bool) -> list[str]:
         """Functions that find the middles of all rows, and put the sums of pair forces to 0."""
@@ -91,7 +109,7 @@ class LoopText:
         return [name for name in (kind, f"{kind}_working") if name in self.slots.first]
 
     def _entry(self, arrays: bool) -> list[str]:
-        head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    w = f[2]", "    c = n[0]", "    g = n[1]"]
+        head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    tables = f[2]", "    c = n[0]", "    g = n[1]"]
         head += ["    steps = c[1]", "    number = c[2]"]
         if not self.coupled:
             return [*head, *self._segments("fields", "0", "steps", "    "), "    return 0"]
@@ -132,17 +150,19 @@ class LoopText:
                 if pair.how == NEAR and not arrays and speeds != "middle_velocity":
                     lines += self._neighbours(number, pair, at, c)
                 lists = f"n[{at}], n[{at + 1}], n[{at + 2}]"
-                lines.append(f"pairs_{number}(s, p, w, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
+                lines.append(f"pairs_{number}(s, p, tables, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
         return lines
 
     def _neighbours(self, number: int, pair: PairKind, at: int, c: int) -> list[str]:
         """Make the list of neighbours again where it no longer serves."""
         slot, reference = self.slots.at("middle"), f"f[{REFERENCES + number}]"
         cutoff, reach = f"p[c[{c + 1}] + {pair.term.size - 2}]", f"p[c[{c + 1}] + {pair.term.size - 1}]"
+        rows = f"n[{at}]"
         return [
-            f"moved = neighbours__moved(s, n[{at}], {slot}, c[{c}], {reference})",
+            f"moved = neighbours__moved(s, {rows}, {slot}, c[{c}], {reference})",
             f"if not neighbours__serves(moved, {cutoff}, {reach}):",
-            f"    found = neighbours__build(s, n[{at}], {slot}, c[{c}], {reach}, {reference}, n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
+            f"    found = neighbours__build(s, {rows}, {slot}, c[{c}], {rows}, 0, {reach}, {reference},"
+            f" n[{at + 3}], n[{at + 1}], n[{at + 2}], c[{c + 2}])",
             "    if found < 0:",
             f"        c[{c + 2}] = -found",
             "        return t + 1",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -99,7 +98,11 @@ def energy(world: World) -> Energy:
         inertia = world.bodies.arrays["inertia"][:, : shot.count]
         parts.append(spin_energy(shot["orientation"], shot["angular_velocity"], inertia))
     kinetic = math.fsum(value for part in parts for value in part[shot.moving].tolist())
-    return Energy(kinetic, _potential(world, shot), math.fsum([*world.work.values(), *_running_work(world, shot)]))
+    return Energy(
+        kinetic,
+        _potential(world, shot),
+        math.fsum([*world.work.values(), *(value for found in _running_work(world, shot).values() for value in found)]),
+    )
 
 
 def share(world: World, obj: PhysicalObject) -> float:
@@ -128,18 +131,15 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
         members = world.in_rank_order(world.mapping.objects(law))
         if only is not None and only not in members:
             continue
-        reads: set[str] = set()
         time = world.time[0]
         if isinstance(law, FieldLaw):
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
-                view = world.evaluator.view(law, rows, time, partial(shot.part, rows), reads)
-                yield world.evaluator.potential(law, (view,), rows, time)
+                yield world.evaluator.potential(law, (rows,), time, shot.__getitem__)
         elif isinstance(law, PairLaw):
             for a, b in _pairs(law, members, only).chunks(shot["position"]):
                 if len(a):
-                    views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
-                    yield world.evaluator.potential(law, views, a, time)
+                    yield world.evaluator.potential(law, (a, b), time, shot.__getitem__)
 
 
 def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None) -> PairSet:
@@ -152,9 +152,18 @@ def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | N
     return PairSet(law, free, [obj is not only for obj in free])
 
 
-def _running_work(world: World, shot: Snapshot) -> list[float]:
-    """Work over the flights that are under way."""
-    found: list[float] = []
+def work_by(world: World) -> dict[str, float]:
+    """The work of `energy` by who did it, sorted by label; what did none is left out."""
+    found = {label: [joules] for label, joules in world.work.items()}
+    for label, parts in _running_work(world, Snapshot(world)).items():
+        found.setdefault(label, []).extend(parts)
+    sums = {label: math.fsum(parts) for label, parts in sorted(found.items())}
+    return {label: joules for label, joules in sums.items() if joules or label in world.work}
+
+
+def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
+    """Work over the flights that are under way, and what steppers keep of those before, by who does it."""
+    work: dict[str, list[float]] = {}
     bodies = world.bodies
     for obj, stored in world.forces.of.items():
         row = obj._row
@@ -162,11 +171,14 @@ def _running_work(world: World, shot: Snapshot) -> list[float]:
             way = [
                 x1 - x0 for x1, x0 in zip(shot["position"][:, row].tolist(), bodies.get("position", row), strict=True)
             ]
-            found += [f * d for one in stored if not one.accounted for f, d in zip(one.force.vector, way, strict=True)]
+            for one in stored:
+                if not one.accounted:
+                    label = one.owner.label() if one.owner is not None else "forces"
+                    work.setdefault(label, []).extend(f * d for f, d in zip(one.force.vector, way, strict=True))
     for batch in world.batches:
         if not batch.state.count:
             continue
-        rows = batch.state.rows
+        rows, found = batch.state.rows, work.setdefault(world._label(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
         if batch.working is not None:
@@ -178,8 +190,8 @@ def _running_work(world: World, shot: Snapshot) -> list[float]:
             before = spin_energy(
                 bodies.arrays["orientation"][:, turned], bodies.arrays["angular_velocity"][:, turned], inertia
             )
-            found += [*now.tolist(), *(-before).tolist()]
-    return found
+            work.setdefault(world._twist_label(batch), []).extend([*now.tolist(), *(-before).tolist()])
+    return work
 
 
 def momentum(world: World) -> Vec:

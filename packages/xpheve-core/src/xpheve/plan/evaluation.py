@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from xpheve.bodies import STATE_WIDTHS, Bodies
 from xpheve.errors import LawFailedError
@@ -16,53 +16,83 @@ from xpheve.kernels.clock import Instant
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
+from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.trace.numpy_text import GraphFunction
+from xpheve.trace.recorder import trace_law
+from xpheve.trace.samples import parameters_of
+from xpheve.trace.shadow import as_arrays
 
 Fetch = Callable[[str], Array]
+OTHERS = ("mass", "inertia", "volume", "since", "time", "up")
+"""What laws read besides the state and columns."""
 LISTABLE = 20_000_000
 """Pairs whose list memory bears."""
+SPEED = frozenset({"velocity", "angular_velocity", "orientation"})
+"""What a second evaluation at the middle of a step finds changed."""
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Evaluator:
-    """Calls the methods of laws with views of an engine's bodies."""
+    """Evaluates laws over objects of an engine in NumPy: by their traces, or by calling those that have none."""
 
     def __init__(self, bodies: Bodies, up: str, mapping: Mapping) -> None:
         self.bodies = bodies
         self.mapping = mapping
         self.up = np.array(UP[up])
 
-    def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
-        """A view of ``rows``; ``state(name)`` gives the flying columns, shape (width, rows)."""
+    def read(self, law: ContinuousLaw, name: str, rows: Rows, time: float, state: Fetch) -> Any:
+        """What ``law`` calls ``name`` of ``rows``, shape (width, rows); of the scene a number, or shape (3,).
+
+        ``state(name)`` gives the flying columns, shape (width, rows).
+        """
         bodies = self.bodies
+        if name in STATE_WIDTHS:
+            return state(name)
+        if name in ("mass", "inertia"):
+            return bodies.arrays[name][:, rows]
+        if name == "time":
+            return time
+        if name == "up":
+            return self.up.copy()
+        if name in bodies.columns:
+            return bodies.columns[name][None, rows]
+        if name == "volume":
+            return self.volumes(rows)[None]
+        if name == "since":
+            return np.array([[self.since(law, bodies.objects[row]) for row in rows.tolist()]])
+        raise self.unknown(law, name)
+
+    def unknown(self, law: ContinuousLaw, name: str) -> LawFailedError:
+        """The error of a law that reads what nobody declares."""
+        from xpheve.plugins.suggest import did_you_mean
+
+        known = [*STATE_WIDTHS, *OTHERS, *self.bodies.columns]
+        return LawFailedError(
+            f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
+            f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
+            law,
+        )
+
+    def require_columns(self, law: ContinuousLaw, names: Iterable[str]) -> None:
+        """Raise `LawFailedError` if ``law`` reads what nobody declares."""
+        known = {*STATE_WIDTHS, *OTHERS, *self.bodies.columns}
+        for name in sorted(names):
+            if name not in known:
+                raise self.unknown(law, name)
+
+    def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
+        """A view of ``rows`` for a law that is called."""
 
         def fetch(name: str) -> Any:
-            if name in STATE_WIDTHS:
-                return np.ascontiguousarray(state(name).T) if len(rows) < 64 else state(name).T
-            if name == "mass":
-                return bodies.arrays["mass"][0, rows]
-            if name == "inertia":
-                return bodies.arrays["inertia"][:, rows].T
-            if name == "time":
-                return time
-            if name == "up":
-                return self.up.copy()
-            if name in bodies.columns:
-                return bodies.columns[name][rows]
-            if name == "volume":
-                return self.volumes(rows)
-            if name == "since":
-                return np.array([self.since(law, bodies.objects[row]) for row in rows.tolist()])
-            from xpheve.plugins.suggest import did_you_mean
-
-            known = [*STATE_WIDTHS, "mass", "inertia", "volume", "since", "time", "up", *bodies.columns]
-            raise LawFailedError(
-                f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
-                f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
-                law,
-            )
+            found = self.read(law, name, rows, time, state)
+            if name in ("time", "up"):
+                return found
+            if name in STATE_WIDTHS and len(rows) < 64:
+                return np.ascontiguousarray(found.T)
+            return found.T
 
         return BodyView(fetch, reads, len(rows))
 
@@ -70,9 +100,10 @@ class Evaluator:
         """Volumes [m^3] of the shapes, asked for once a row and shape."""
         known = self.bodies.volume
         for row in rows[np.isnan(known[rows])].tolist():
-            known[row] = volume_of(self.bodies.objects[row])
+            volume = volume_of(self.bodies.objects[row])
+            known[row] = -1.0 if math.isnan(volume) else volume
         found: Array = known[rows]
-        return found
+        return np.where(found < 0.0, np.nan, found)
 
     def since(self, law: PhysicalLaw, obj: PhysicalObject) -> float:
         """When [s] ``obj`` came under ``law``, or ``law`` was enabled."""
@@ -81,23 +112,59 @@ class Evaluator:
     def field(
         self, law: FieldLaw, rows: Rows, time: float, state: Fetch, reads: set[str]
     ) -> tuple[Array | None, Array | None]:
-        """Force and torque of a field law, shape (3, rows) each, or None where the law has no such method."""
-        view = self.view(law, rows, time, state, reads)
-        results: list[Array | None] = []
-        for method in ("force", "torque"):
-            if law.defines(method):
-                results.append(self._checked(law, method, (view,), rows, time))
-            else:
-                results.append(None)
-        return results[0], results[1]
+        """Force and torque of a field law, shape (3, rows) each, or None where the law has none; ``reads`` gets what it reads."""
+        trace = trace_law(law)
+        if trace is None:
+            view = self.view(law, rows, time, state, reads)
+            return self._checked(law, _called(law), (view,), rows, time), None
+        reads |= trace.reads
+        found = self._run(law, trace.motion_arrays, {"": (rows, state)}, time)
+        parts: list[Array | None] = [None, None]
+        first = 0
+        for k, (method, nodes) in enumerate((("force", trace.force), ("torque", trace.torque))):
+            if nodes is not None:
+                parts[k] = self._finite(law, method, found[first : first + 3], rows, time)
+                first += 3
+        return parts[0], parts[1]
 
     def pair(
         self, law: PairLaw, a: Rows, b: Rows, time: float, state: Callable[[str], Array], reads: set[str]
     ) -> Array:
         """Force on ``a`` of each pair, shape (3, pairs); ``state(name)`` is over all rows of the engine."""
-        view_a = self.view(law, a, time, lambda name: state(name)[:, a], reads)
-        view_b = self.view(law, b, time, lambda name: state(name)[:, b], reads)
-        return self._checked(law, "force", (view_a, view_b), a, time)
+        sides = {side: (rows, _part(state, rows)) for side, rows in (("a", a), ("b", b))}
+        trace = trace_law(law)
+        if trace is None:
+            views = [self.view(law, rows, time, one, reads) for rows, one in sides.values()]
+            return self._checked(law, _called(law), views, a, time)
+        reads |= trace.reads
+        return self._finite(law, "force", self._run(law, trace.motion_arrays, sides, time), a, time)
+
+    def potential(self, law: ContinuousLaw, sides: Sequence[Rows], time: float, state: Fetch) -> Array:
+        """Potential energy [J] of each object or pair, shape (rows,); ``state(name)`` is over all rows of the engine."""
+        trace = trace_law(law)
+        if trace is None:
+            views = [self.view(law, rows, time, _part(state, rows), set()) for rows in sides]
+            return self._called_potential(law, views, sides[0], time)
+        names = ("a", "b") if trace.pair else ("",)
+        given = {side: (rows, _part(state, rows)) for side, rows in zip(names, sides, strict=True)}
+        found: Array = self._run(law, trace.potential_arrays, given, time)[0]
+        return found
+
+    def _run(self, law: ContinuousLaw, run: GraphFunction, sides: dict[str, tuple[Rows, Fetch]], time: float) -> Array:
+        """What ``run`` gives, shape (outputs, rows); ``sides`` has the rows of each side, and their state."""
+        held: dict[tuple[str, str], Any] = {}
+        rows, state = next(iter(sides.values()))
+        inputs = {}
+        for one in run.inputs:
+            key = one.side, one.name
+            if key not in held:
+                own, flown = sides.get(one.side, (rows, state))
+                held[key] = self.read(law, one.name, own, time, flown)
+            inputs[one] = held[key] if one.name == "time" else held[key][one.component]
+        found = np.empty((len(run.outputs), len(rows)))
+        for k, values in enumerate(run(inputs, parameters_of(law, run.parameters))):
+            found[k] = values
+        return found
 
     def _checked(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, method, views, rows, time)
@@ -116,6 +183,10 @@ class Evaluator:
                 "A number times a direction is one: body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns",
                 law,
             ) from None
+        return self._finite(law, method, full, rows, time)
+
+    def _finite(self, law: ContinuousLaw, method: str, full: Array, rows: Rows, time: float) -> Array:
+        """``full``, shape (3, rows), if all of it is finite; else `LawFailedError` says whose is not."""
         if not np.isfinite(full).all():
             bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
             obj = self.bodies.objects[int(rows[bad])]
@@ -139,9 +210,10 @@ class Evaluator:
         return f" {law.singular}" if law.singular else ""
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
+        called = force_by_rows(law) if method == "force" else getattr(as_arrays(law), method)
         with np.errstate(all="ignore"):
             try:
-                return getattr(law, method)(*views)
+                return called(*views)
             except LawFailedError:
                 raise
             except Exception as error:
@@ -152,8 +224,7 @@ class Evaluator:
                     law,
                 ) from error
 
-    def potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> NDArray[np.float64]:
-        """Potential energy [J] of each object or pair, shape (rows,)."""
+    def _called_potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, "potential", views, rows, time)
         try:
             return np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 1))[:, 0]
@@ -164,6 +235,16 @@ class Evaluator:
                 "a.dot(b), v.norm() and v.x have it",
                 law,
             ) from None
+
+
+def _called(law: ContinuousLaw) -> str:
+    """What is called for the force of a law that is not traced: its kernel, or `apply`."""
+    return "force" if is_by_hand(law) else "apply"
+
+
+def _part(state: Fetch, rows: Rows) -> Fetch:
+    """``state`` of ``rows`` alone."""
+    return lambda name: state(name)[:, rows]
 
 
 def _vectors(result: Any, count: int, views: Sequence[BodyView]) -> Any:
@@ -202,6 +283,16 @@ def is_constant(reads: set[str]) -> bool:
     return not (reads & STATE) and "time" not in reads
 
 
+class _Effect(NamedTuple):
+    """Force, torque and the force without potential of a law on some of the rows, (3, rows) each or None; and what it read."""
+
+    which: Any
+    force: Array | None
+    torque: Array | None
+    working: Array | None
+    reads: set[str]
+
+
 class BatchSources:
     """What acts along the way on the rows of a batch; see `xpheve.steppers.contract.Sources`."""
 
@@ -216,6 +307,9 @@ class BatchSources:
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
         self.pairs: list[tuple[PairLaw, PairSet]] = []
+        self._standing: dict[ContinuousLaw, _Effect] = {}
+        """What the last evaluation found of laws that read neither velocity nor orientation."""
+        self._traces = {law: formula_of(law) for law in laws}
         self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
@@ -225,14 +319,60 @@ class BatchSources:
                 self.fields.append((law, mask))
             elif isinstance(law, PairLaw):
                 self.pairs.append((law, PairSet(law, members, [obj not in rows for obj in members])))
+        self.masks = dict(self.fields)
+        self.sets = dict(self.pairs)
         sources = [pairs.used for _, pairs in self.pairs]
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
+        self.twists = np.zeros(bodies.capacity, dtype=bool)
+        for law, mask in self.fields:
+            if law.defines("torque"):
+                self.twists |= mask
         self._program: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
+
+    @cached_property
+    def _readers(self) -> tuple[Any, Any]:
+        """Which rows obey a law that reads their orientation, and which one that reads their angular velocity."""
+        need, need_spin = np.zeros_like(self.twists), np.zeros_like(self.twists)
+        for law, mask in self.fields:
+            reads = self.world.reads_of(law)
+            if "orientation" in reads:
+                need |= mask
+            if "angular_velocity" in reads:
+                need_spin |= mask
+        return need, need_spin
+
+    @cached_property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        return any(map(self._reads_rotation, self.laws))
+
+    @cached_property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
+
+    def _reads_rotation(self, law: ContinuousLaw) -> bool:
+        trace = formula_of(law)
+        return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
+
+    def stepped(self, rows: Rows) -> Array:
+        """How ``rows`` turn; see `xpheve.steppers.contract.Sources`."""
+        arrays = self.world.bodies.arrays
+        torque = arrays["torque"][:, rows].any(axis=0)
+        need, need_spin = self._readers
+        if not (torque.any() or self.twists.any() or need.any() or need_spin.any()):
+            return np.zeros((1, len(rows)))
+        inertia = arrays["inertia"][:, rows]
+        spins = arrays["angular_velocity"][:, rows].any(axis=0)
+        uneven = (inertia[0] != inertia[1]) | (inertia[1] != inertia[2])
+        needed = spins & (need[rows] | (need_spin[rows] & uneven))
+        twisted = (inertia[0] > 0.0) & (torque | self.twists[rows])
+        return np.where(twisted, 2.0, np.where(needed, 1.0, 0.0))[None]
 
     def _jumps(self, objects: Sequence[PhysicalObject]) -> list[float]:
         """When [s] the force of a law on one of ``objects`` jumps, ascending."""
@@ -253,11 +393,18 @@ class BatchSources:
     @property
     def load(self) -> int:
         """About how many rows and pairs a step has."""
-        found = len(self.rows)
-        for law, pairs in self.pairs:
-            near = law.named is None and math.isfinite(law.reach())
-            found += min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
-        return found
+        return len(self.rows) + sum(self._acting(law, pairs) for law, pairs in self.pairs)
+
+    @staticmethod
+    def _acting(law: PairLaw, pairs: PairSet) -> int:
+        """About how many of ``pairs`` are near enough."""
+        near = law.named is None and math.isfinite(law.reach())
+        return min(pairs.count, CROWDED * len(pairs.used)) if near else pairs.count
+
+    def counts(self) -> list[tuple[ContinuousLaw, int]]:
+        """About how many rows, or pairs, each law acts on."""
+        fields: list[tuple[ContinuousLaw, int]] = [(law, int(mask[self.rows].sum())) for law, mask in self.fields]
+        return fields + [(law, self._acting(law, pairs)) for law, pairs in self.pairs]
 
     @property
     def held(self) -> Any:
@@ -274,17 +421,33 @@ class BatchSources:
             elif alone:
                 self.why_alone = f"evaluated law by law: {', '.join(alone)}"
             else:
+                self._try_kernels()
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
 
+    def _try_kernels(self) -> None:
+        """Call kernels of pair laws written by hand once, for their errors: those of field laws were called when they were planned."""
+        world = self.world
+
+        def now(name: str) -> Array:
+            found: Array = world.read_all(name, world.time)
+            return found
+
+        for law, pairs in self.pairs:
+            if is_by_hand(law) and law.enabled and pairs.count:
+                a, b = next(iter(pairs.chunks(now("position"))), (self.rows[:0], self.rows[:0]))
+                if len(a):
+                    world.evaluator.pair(law, a[:1], b[:1], world.time[0], now, set())
+
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
+        self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
-            self._program.program.forget_parameters()
+            self._program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
-        """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""
-        return self._program is None or self._program.terms[law].trace is trace
+        """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
+        return trace is not None and self._traces.get(law) is trace
 
     def pack(self, state: Any, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows."""
@@ -295,10 +458,25 @@ class BatchSources:
         """Run the program, and count its evaluations."""
         program = self.held.program
         tier = self.world.tier_of(self)
-        program.run(tier, numbers, steps, grid.dt, grid.origin, grid.number, self.world.up_vector)
+        try:
+            program.run(tier, numbers, steps, grid.dt, grid.origin, grid.number, self.world.up_vector)
+        except ArithmeticError as error:
+            raise self._kernel_failed(error) from error
+        except ValueError as error:
+            if not program.files:
+                raise
+            raise self._kernel_failed(error) from error
         for law, term in self.held.terms.items():
             if law.enabled:
                 law.evaluations += steps * (2 if term.of_velocity else 1)
+
+    def _kernel_failed(self, error: Exception) -> LawFailedError:
+        """What to raise when a kernel written by hand raised ``error``: interpreted, Python raises where the machine goes on."""
+        laws = [law for law in self.laws if is_by_hand(law)] or list(self.laws)
+        names = " + ".join(law.label() for law in laws)
+        return LawFailedError(
+            f"{names}: force raised {type(error).__name__}: {error}; the engine stands before this step", laws[0]
+        )
 
     def unpack(self, numbers: Array) -> dict[str, Array]:
         """What a run changed."""
@@ -322,53 +500,64 @@ class BatchSources:
         found = {other._row for row in rows for other in self.world.group_of(objects[row])}
         return sorted(found)
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Sums of forces and torques over the laws, in rank order."""
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Sums of forces and torques over the laws, in rank order.
+
+        ``again``: the same rows at the same places and time, so that what reads neither velocity nor orientation stands.
+        """
         force, torque = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
         self.working = np.zeros((3, len(rows)))
+        known = self._standing if again else {}
+        self._standing = {}
         reads_velocity = False
-        for law, mask in self.fields:
-            inside = np.flatnonzero(mask[rows])
-            if not law.enabled or not len(inside):
+        for law in (*self.masks, *self.sets):
+            if not law.enabled:
                 continue
-            reads: set[str] = set()
-            found, twist = self.world.evaluator.field(
-                law, rows[inside], t[0], lambda name, inside=inside: state[name][:, inside], reads
-            )
-            law.evaluations += 1
-            if found is not None:
-                force[:, inside] += found
-                if not law.defines("potential"):
-                    self.working[:, inside] += found
-            if twist is not None:
-                torque[:, inside] += twist
-            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
-        for pair_law, pairs in self.pairs:
-            if not pair_law.enabled:
+            effect = known[law] if law in known else self._effect(law, rows, t, state)
+            if effect is None:
                 continue
-            reads = set()
-            self._add_pairs(pair_law, pairs, rows, t, state, force, reads)
-            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
+            law.evaluations += law not in known
+            if not effect.reads & SPEED:
+                self._standing[law] = effect
+            reads_velocity |= bool(effect.reads & {"velocity", "angular_velocity"})
+            if effect.force is not None:
+                force[:, effect.which] += effect.force
+            if effect.working is not None:
+                self.working[:, effect.which] += effect.working
+            if effect.torque is not None:
+                torque[:, effect.which] += effect.torque
         return force, torque, reads_velocity
 
-    def _add_pairs(
-        self,
-        law: PairLaw,
-        pairs: PairSet,
-        rows: Rows,
-        t: Instant,
-        state: dict[str, Array],
-        force: Array,
-        reads: set[str],
-    ) -> None:
-        """Add the forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
+    def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:
+        """What ``law`` does to ``rows``; None if it concerns none of them."""
+        reads: set[str] = set()
+        if law in self.masks:
+            assert isinstance(law, FieldLaw)
+            inside = np.flatnonzero(self.masks[law][rows])
+            if not len(inside):
+                return None
+            every = len(inside) == len(rows)
+            which = slice(None) if every else inside
+            force, torque = self.world.evaluator.field(
+                law, rows[which], t[0], lambda name: state[name] if every else state[name][:, inside], reads
+            )
+            return _Effect(which, force, torque, None if law.defines("potential") else force, reads)
+        assert isinstance(law, PairLaw)
+        return self._paired(law, self.sets[law], rows, t, state, reads)
+
+    def _paired(
+        self, law: PairLaw, pairs: PairSet, rows: Rows, t: Instant, state: dict[str, Array], reads: set[str]
+    ) -> _Effect | None:
+        """The forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
         bodies: Bodies = self.world.bodies
         place = np.full(bodies.count, -1, dtype=np.int64)
         place[rows] = np.arange(len(rows))
         acting = np.zeros(bodies.count, dtype=bool)
         acting[rows] = True
         if not acting[pairs.used].any():
-            return
+            return None
         held: dict[str, Array] = {}
 
         def everywhere(name: str) -> Array:
@@ -380,7 +569,6 @@ class BatchSources:
                 held[name] = whole
             return held[name]
 
-        law.evaluations += 1
         total, lent = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
         for a, b in pairs.chunks(everywhere("position")):
             ours = acting[a] | acting[b]
@@ -393,5 +581,4 @@ class BatchSources:
             if len(self.hands):
                 by_hand = bodies.driven[a] | bodies.driven[b]
                 add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
-        force += total
-        self.working += lent if law.defines("potential") else total
+        return _Effect(slice(None), total, None, lent if law.defines("potential") else total, reads)

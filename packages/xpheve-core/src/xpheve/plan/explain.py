@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, PairLaw, PhysicalLaw, ResponseLaw
+from xpheve.plan.energy import work_by
+from xpheve.plan.explain_loops import costs, kernel_line, kernels, law_lines, loop_lines, loop_of, told_of
 from xpheve.plan.order import order_report
 from xpheve.plan.wakeups.wakeups import SERVERS
 
@@ -47,12 +48,16 @@ def explain(engine: PhysicsEngine) -> Explanation:
             remarks.append(f"not planned yet, and it could not be planned in a copy: {error}")
     world = seen._world
     energy = seen.energy()
+    loops = {batch.number: loop_of(world, batch) for batch in world.batches if batch.state.count}
+    shares = costs(world)
+    tiers = {number: loop["tier"] for number, loop in loops.items()}
     data: dict[str, Any] = {
         "time": engine.time,
         "state": engine.state,
         "objects": world.bodies.count,
-        "groups": _groups(world),
-        "laws": [_law(world, law, own) for law, own in zip(world.laws, engine._world.laws, strict=True)],
+        "compile": world.compile,
+        "groups": _groups(world, loops),
+        "laws": [_law(world, law, own, shares, tiers) for law, own in zip(world.laws, engine._world.laws, strict=True)],
         "conditions": [_container(world, container) for container in world.containers],
         "order": order_report(world),
         "conflicts": list(engine._world.clashes.values()),
@@ -63,20 +68,20 @@ def explain(engine: PhysicsEngine) -> Explanation:
             "kinetic": energy.kinetic,
             "potential": energy.potential,
             "work": energy.work,
-            "drift": _drift(engine, energy, world.work.values()),
-            "work_by": dict(sorted(world.work.items())),
+            "drift": drift(engine),
+            "work_by": work_by(world),
         },
         "real_time": engine.real_time_report(),
         "skipped": _skipped(world),
         "unread_columns": _unread(world),
-        "compiled": "nothing: laws are evaluated in NumPy, one call for all objects concerned",
+        "compiled": kernels(),
         "remarks": remarks,
     }
     engine.registry.call("xpheve_report", engine=engine, report=data)
     return Explanation(data)
 
 
-def _groups(world: World) -> list[dict[str, Any]]:
+def _groups(world: World, loops: dict[int, dict[str, Any]]) -> list[dict[str, Any]]:
     found = []
     for batch in world.batches:
         if not batch.state.count:
@@ -102,12 +107,14 @@ def _groups(world: World) -> list[dict[str, Any]]:
                 "steps": int(batch.state.numbers.get("steps", 0)),
                 "rejected": int(batch.state.numbers.get("rejected", 0)),
                 "covered_until": _finite(batch.stepper.covered(batch.state)[0]),
+                **loops[batch.number],
             }
         )
     fixed = sum(obj.fixed for obj in world.bodies.objects)
     if fixed:
         found.append({"stepper": "none", "promise": "fixed: nothing is computed", "objects": fixed, "groups": fixed,
-                      "because": "fixed=True", "refused": {}, "offers": {}, "steps": 0, "rejected": 0, "covered_until": None})  # fmt: skip
+                      "because": "fixed=True", "refused": {}, "offers": {}, "steps": 0, "rejected": 0, "covered_until": None,
+                      "tier": "", "tier_because": "", "calls": "", "kernel": None})  # fmt: skip
     return found
 
 
@@ -127,10 +134,12 @@ def _because(signature: Any) -> str:
     return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}"
 
 
-def _law(world: World, law: PhysicalLaw, own: PhysicalLaw) -> dict[str, Any]:
+def _law(
+    world: World, law: PhysicalLaw, own: PhysicalLaw, shares: dict[ContinuousLaw, float], tiers: dict[int, str]
+) -> dict[str, Any]:
     objects = len(world.mapping.objects(law))
     how, why = _how(world, law, objects)
-    return {
+    found = {
         "id": law.label(),
         "name": law.name,
         "how": how,
@@ -142,7 +151,15 @@ def _law(world: World, law: PhysicalLaw, own: PhysicalLaw) -> dict[str, Any]:
         "pairs": _pairs(law, objects) if isinstance(law, PairLaw) else "",
         "cutoff": _finite(law.reach()) if isinstance(law, PairLaw) else None,
         "parameters": {k: list(v) if isinstance(v, tuple) else v for k, v in law.parameters.items()},
+        "kind": "constant" if how == "stored" else "",
+        "operations": None,
+        "share": None,
+        "tier": "",
+        "switched": False,
     }
+    if isinstance(law, ContinuousLaw) and any(law in batch.laws for batch in world.batches):
+        found |= told_of(world, law, shares, tiers)
+    return found
 
 
 def _pairs(law: PairLaw, objects: int) -> str:
@@ -156,7 +173,8 @@ def _pairs(law: PairLaw, objects: int) -> str:
 
 def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
     if not law.enabled:
-        return "disabled", "disabled"
+        inside = isinstance(law, ContinuousLaw) and world.is_switched(law)
+        return "disabled", "disabled: put out by a number in its loop" if inside else "disabled"
     if not objects and (isinstance(law, (ContinuousLaw, ResponseLaw)) or not law.containers):
         return "unmapped", "no object is mapped to it"
     if isinstance(law, ContinuousLaw) and law in world.constant:
@@ -203,7 +221,7 @@ def _unread(world: World) -> list[str]:
     return sorted(found)
 
 
-def _drift(engine: PhysicsEngine, energy: Any, work: Iterable[float]) -> float | None:
+def drift(engine: PhysicsEngine) -> float | None:
     """Change of (kinetic + potential - work) since the start, over the largest of these energies and of the works done."""
     if engine._authored is None:
         return None
@@ -224,7 +242,8 @@ def _drift(engine: PhysicsEngine, energy: Any, work: Iterable[float]) -> float |
         ).energy()
     except (XpheveError, TypeError):
         return None
-    scale = max(abs(value) for value in (*first, *energy, *work))
+    energy = engine.energy()
+    scale = max(abs(value) for value in (*first, *energy, *engine._world.work.values()))
     return (energy.balance - first.balance) / scale if scale else 0.0
 
 
@@ -239,6 +258,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines.append(f"    because: {group['because']}")
         if group["steps"]:
             lines.append(f"    steps: {group['steps']}, rejected {group['rejected']}")
+        lines += loop_lines(group)
         lines += [f"    refused: {name}: {reason}" for name, reason in group["refused"].items()]
     lines += ["", f"{'law':<34}{'how':<16}{'objects':>8}{'evaluations':>13}  skipped because"]
     for law in data["laws"]:
@@ -249,6 +269,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
         if law["pairs"]:
             cutoff = "" if law["cutoff"] is None else f", cutoff {law['cutoff']:.9g} m"
             lines.append(f"  pairs: {law['pairs']}{cutoff}")
+    lines += law_lines(data["laws"])
     if data["conditions"]:
         lines += ["", "conditions"]
         for c in data["conditions"]:
@@ -287,7 +308,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
     ]
     lines.append(f"  drift of kinetic + potential - work since the start: {drift}")
     lines += [f"  work by {name}: {joules:.9g} J" for name, joules in energy["work_by"].items()]
-    lines += ["", *(f"skipped: {text}" for text in data["skipped"]), f"compiled: {data['compiled']}"]
+    lines += ["", *(f"skipped: {text}" for text in data["skipped"])]
+    lines += [f"compiled: {kernel_line(one)}" for one in data["compiled"]] or ["compiled: nothing"]
     lines += [f"column {name!r} was given to objects, but no law here reads it" for name in data["unread_columns"]]
     lines += [str(remark) for remark in data["remarks"]]
     return lines

@@ -104,6 +104,22 @@ class PairSet:
         """Rows of the members that are in a pair, near or far, by rank."""
         return self.rows[self._used]
 
+    def kinds(self) -> Rows:
+        """Who makes pairs with whom, for `xpheve.kernels.neighbours.build`, of a law without a list of pairs, (n,).
+
+        Bits 0 to 2: still (1), of the second side of ``between`` (2), of the first (4); from bit 3 on, one for each such number that
+        pairs can be made with. Of a pair, the lower is ``a`` if it is of the first side and the higher of the second.
+        """
+        every = np.ones(len(self.rows), dtype=bool)
+        first, second = self._sides or (every, every)
+        numbers = range(8)
+        masks = [
+            sum(8 << n for n in numbers if not m & n & 1 and ((m & 4 and n & 2) or (m & 2 and n & 4))) for m in numbers
+        ]
+        kind = 4 * first + 2 * second + self._still
+        found: Rows = (kind + np.array(masks)[kind]).astype(np.int64)
+        return found
+
     def every(self) -> Pairs:
         """Rows of ``a`` and of ``b`` of all pairs, near or far, (count,) each: 16 bytes a pair."""
         if self._whole is None:

@@ -11,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.loop.array_spin import moments
 from xpheve.loop.program import ALL, LISTED, NEAR, Couples, Program, Segment
 from xpheve.loop.terms import Term
+from xpheve.loop.text import ALL_TURN, FREE, TURN
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
-from xpheve.trace.recorder import trace_law
 
 Places = NDArray[np.int64]
 
 
 def term_of(world: Any, law: ContinuousLaw) -> Term | None:
     """``law`` as a term of a loop; None if it cannot be one."""
-    trace = trace_law(law)
-    if trace is None or law.defines("torque"):
+    trace = formula_of(law)
+    if trace is None:
         return None
     near = isinstance(law, PairLaw) and math.isfinite(law.reach())
     return Term(trace, law.defines("potential"), world.is_switched(law), near)
@@ -56,8 +58,34 @@ class BatchProgram:
         segments = self._segments(keys[self.order], list(firsts))
         self.sources: Rows = np.zeros(0, dtype=np.int64)
         couples = self._couples(pairs)
-        stored_work = bool(world.bodies.arrays["working"][:, rows].any())
-        self.program = Program(segments, couples, len(rows), len(self.sources), stored_work)
+        self._parts = segments, couples
+        self._programs: dict[tuple[bool, str], Program] = {}
+        self.program = self._program_of(FREE)
+
+    def _program_of(self, turning: str) -> Program:
+        """The program for rows that turn so, and have the stored forces that they have."""
+        stored_work = bool(self.world.bodies.arrays["working"][:, self.rows].any())
+        found = self._programs.get((stored_work, turning))
+        if found is None:
+            segments, couples = self._parts
+            found = Program(segments, couples, len(self.rows), len(self.sources), stored_work, turning)
+            self._programs[stored_work, turning] = found
+        return found
+
+    def forget_parameters(self) -> None:
+        """A parameter has another value, or a law was switched."""
+        for program in self._programs.values():
+            program.forget_parameters()
+
+    def _turning(self, stepped: Array) -> str:
+        """How rows turn that turn as ``stepped`` says, in the order of the batch."""
+        if not stepped.any():
+            return FREE
+        asked = np.zeros(len(self.rows), dtype=bool)
+        for segment in self._parts[0]:
+            asked[segment.first : segment.last] = any(term.of_turning for term in segment.terms)
+        stored = self.world.bodies.arrays["torque"][:, self.rows].any()
+        return ALL_TURN if stored or (stepped[0, self.order].astype(bool) & ~asked).any() else TURN
 
     def _law_sets(self, objects: Sequence[Any], fields: Sequence[FieldLaw]) -> list[tuple[FieldLaw, ...]]:
         """The field laws of each object, in order of rank; equal sets are one tuple."""
@@ -119,7 +147,8 @@ class BatchProgram:
 
     def pack(self, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows: ``found`` of the batch's, by name; masses, stored forces and columns as they are."""
-        slots, bodies, program = self.program.loop.slots, self.world.bodies, self.program
+        program = self.program = self._program_of(self._turning(found["stepped"]))
+        slots, bodies = program.loop.slots, self.world.bodies
         numbers = np.empty((slots.width, program.rows))
         moving = program.moving
         rows = self.rows[self.order]
@@ -127,6 +156,8 @@ class BatchProgram:
         for name in ("position", "velocity", "position_rest", "velocity_rest", "work", "work_rest"):
             first, given = slots.first[name], found[name]
             numbers[first : first + len(given), :moving] = given[:, self.order]
+        if "spread" in slots.first:
+            self._put_rotation(numbers, found, rows)
         mass = bodies.arrays["mass"][0, rows]
         at = slots.first["stored"]
         numbers[at : at + 3, :moving] = bodies.arrays["force"][:, rows] / mass
@@ -140,13 +171,31 @@ class BatchProgram:
             numbers[slots.first["position"] : slots.first["position"] + 3, moving:] = bodies.arrays["position"][
                 :, self.sources
             ]
-            for name in ("stored", "inverse_mass", "stored_working", "middle_velocity"):
+            for name in ("stored", "inverse_mass", "stored_working", "middle_velocity", "middle_spin"):
                 if name in slots.first:
                     at = slots.first[name]
                     numbers[at : at + (1 if name == "inverse_mass" else 3), moving:] = 0.0
         for name in slots.columns:
             self._put_column(numbers, name, everyone)
         return numbers
+
+    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: Rows) -> None:
+        """Rotation, stored torques and moments; of rows that only act, none."""
+        slots, bodies, moving = self.program.loop.slots, self.world.bodies, self.program.moving
+        excess, spread, inverse = moments(bodies.arrays["inertia"][:, rows])
+        values = {
+            "orientation": found["orientation"][:, self.order],
+            "angular_velocity": found["angular_velocity"][:, self.order],
+            "torque": np.zeros((3, moving)),
+            "stored_torque": bodies.arrays["torque"][:, rows],
+            "excess": excess,
+            "spread": spread,
+            "inverse_moment": inverse[None],
+        }
+        for name, value in values.items():
+            at = slots.first[name]
+            numbers[at : at + len(value)] = 0.0
+            numbers[at : at + len(value), :moving] = value
 
     def _put_column(self, numbers: Array, name: str, rows: Rows) -> None:
         at, bodies = self.program.loop.slots.first[name], self.world.bodies
@@ -176,18 +225,8 @@ class BatchProgram:
         """What a run changed, in the order of the batch's rows."""
         slots, moving = self.program.loop.slots, self.program.moving
         found = {}
-        for name in (
-            "position",
-            "velocity",
-            "position_rest",
-            "velocity_rest",
-            "acceleration",
-            "working",
-            "work",
-            "work_rest",
-        ):
+        for name, width in slots.run.items():
             first = slots.first[name]
-            width = 1 if name in ("work", "work_rest") else 3
             values = np.empty((width, moving))
             values[:, self.order] = numbers[first : first + width, :moving]
             found[name] = values

@@ -33,8 +33,8 @@ from xpheve.steppers.contract import Signature
 Header = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
-VERSION = 2
-ROWS = ("clock", "fixed", "driven", "serial", "version", "batch", "local")
+VERSION = 3
+ROWS = ("clock", "turn_clock", "fixed", "driven", "serial", "version", "batch", "local")
 
 
 class Saved:
@@ -135,6 +135,8 @@ def save(world: World, started: bool) -> Saved:
         "events": world.events,
         "work": dict(world.work),
         "settings": dataclasses.asdict(world.settings),
+        "compile": world.compile,
+        "tiers": [[dataclasses.astuple(signature), tier] for signature, tier in world.tiers.items()],
         "dirty": world.dirty,
         "unplanned": [obj.serial for obj in world.unplanned],
         "laws": [_law(world, law) for law in laws],
@@ -190,6 +192,7 @@ def _law(world: World, law: PhysicalLaw) -> Header:
         "serial": world.laws[law],
         "name": law.name,
         "enabled": law.enabled,
+        "switches": world.switches.get(law, 0),
         "parameters": dict(law.parameters),
         "state": {key: list(value) if isinstance(value, list) else value for key, value in law.state.items()},
         "evaluations": law.evaluations,
@@ -274,6 +277,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
     reader = Reader(saved.objects, serials, saved.laws, points, saved.functions, True, saved.gone)
     reader.points_of(saved.header["wakeups"]["points"], engine)
     _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers, reader)
+    engine._world.wish_compiled(world.compile)
 
 
 def revive(
@@ -289,10 +293,7 @@ def revive(
 ) -> Any:
     """A new engine of class ``kind`` from what `save` gave, with handles of its own; ``class_of`` says of which class an object is."""
     header, arrays = portable
-    if header.get("version") != VERSION:
-        raise RecordError(
-            f"checkpoint version {header.get('version')!r}: this xpheve reads version {VERSION}; upgrade xpheve"
-        )
+    _check_version(header.get("version"))
     engine = kind(up=header["up"], seed=header["seed"], registry=registry)
     local_laws = {law.label(): law for law in laws}
     local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {
@@ -338,6 +339,16 @@ def revive(
             first, of_first, first_objects, first_laws, first_containers, had, live, kept, first_gone
         )
     return engine
+
+
+def _check_version(version: Any) -> None:
+    if version == VERSION:
+        return
+    if isinstance(version, int) and 0 < version < VERSION:
+        way = "it lacks what runs depend on now; go on with the xpheve that wrote it, or run the scene anew"
+    else:
+        way = "upgrade xpheve"
+    raise RecordError(f"checkpoint version {version!r}: this xpheve reads version {VERSION}; {way}")
 
 
 def attributes_of(engine: Any) -> dict[int, dict[str, Any]]:
@@ -451,6 +462,8 @@ def _build(
     world.grid = None if grid is None else (tuple(grid[0]), grid[1], grid[2])
     world.posts, world.events, world.work = header["posts"], header["events"], dict(header["work"])
     world.settings = type(world.settings)(**header["settings"])
+    world.compile = header["compile"]
+    world.tiers = {_signature(entry): tier for entry, tier in header["tiers"]}
     _build_laws(engine, world, header, laws, containers)
     _build_bodies(engine, world, header, arrays, objects)
     serials = {obj.serial: obj for obj in objects}
@@ -488,6 +501,8 @@ def _build_laws(
     for law, entry in zip(laws, header["laws"], strict=True):
         law.engine = engine
         world.laws[law] = entry["serial"]
+        if entry["switches"]:
+            world.switches[law] = entry["switches"]
         if entry["rank"] is not None:
             world.ranks.law_ranks[law] = entry["rank"]
     for key, reads in header["constant"].items():
@@ -545,10 +560,14 @@ def _build_mapping(
             world.groups.update(dict.fromkeys(group, group))
 
 
+def _signature(entry: Sequence[Any]) -> Signature:
+    laws, *rest = entry
+    return Signature(tuple(laws), *rest)
+
+
 def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) -> None:
     for k, (ident, signature, numbers) in enumerate(header["batches"]):
-        laws, *rest = signature
-        signature = Signature(tuple(laws), *rest)
+        signature = _signature(signature)
         choice = world.choices.get(signature)
         if choice is None:
             choice = world.choices[signature] = choose(signature, world._steppers())

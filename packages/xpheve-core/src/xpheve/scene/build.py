@@ -58,14 +58,15 @@ def load(
     registry: Registry | None = None,
     disable: Sequence[str] = (),
     on_law_error: str = "raise",
+    compile: str | None = None,
     allow_outside: bool = False,
 ) -> PhysicsEngine:
     """Return an engine with the scene in the file ``path``, TOML or JSON by its ending; at time 0.
 
     Parameters
     ----------
-    registry, disable, on_law_error
-        For the engine; see `xpheve.PhysicsEngine`.
+    registry, disable, on_law_error, compile
+        For the engine; see `xpheve.PhysicsEngine`. ``compile`` goes before what the scene says.
     allow_outside
         Whether the scene may name paths outside its folder.
 
@@ -75,7 +76,7 @@ def load(
         For the first thing that is wrong, with file, line, key, value and the way out; nothing has been built then.
     """
     scene = read(path, allow_outside=allow_outside)
-    return scene.build(registry=registry, disable=disable, on_law_error=on_law_error)
+    return scene.build(registry=registry, disable=disable, on_law_error=on_law_error, compile=compile)
 
 
 def loads(
@@ -87,13 +88,14 @@ def loads(
     registry: Registry | None = None,
     disable: Sequence[str] = (),
     on_law_error: str = "raise",
+    compile: str | None = None,
     allow_outside: bool = False,
 ) -> PhysicsEngine:
     """As `load`, of a text; ``form`` is ``"toml"`` or ``"json"``, ``name`` stands in errors."""
     if form not in ("toml", "json"):
         raise SceneError(f"form = {form!r}: choose 'toml' or 'json'")
     scene = SceneFile(Source(text, name, form), Path(folder), allow_outside=allow_outside)
-    return scene.build(registry=registry, disable=disable, on_law_error=on_law_error)
+    return scene.build(registry=registry, disable=disable, on_law_error=on_law_error, compile=compile)
 
 
 class SceneFile:
@@ -118,8 +120,11 @@ class SceneFile:
         disable: Sequence[str] = (),
         on_law_error: str = "raise",
         without: Sequence[str] = (),
+        compile: str | None = None,
     ) -> PhysicsEngine:
         """Return an engine with the scene, at time 0; laws whose name or id is in ``without`` are left out.
+
+        ``compile`` goes before what the scene says.
 
         Raises `SceneError`, also for what a pack finds wrong.
         """
@@ -127,7 +132,7 @@ class SceneFile:
         def place(text: str) -> Path:
             return inside(self.folder, text, allow_outside=self.allow_outside)
 
-        return _Building(self.source, self.table, registry, disable, on_law_error, without, place).engine
+        return _Building(self.source, self.table, registry, disable, on_law_error, without, place, compile).engine
 
 
 class _Building:
@@ -142,6 +147,7 @@ class _Building:
         on_law_error: str,
         without: Sequence[str],
         place: Callable[[str], Path],
+        compile: str | None,
     ) -> None:
         self.source = source
         self.place_of = place
@@ -153,7 +159,12 @@ class _Building:
         self.left_out = self._left_out(without)
         with self._blame(()):
             self.engine = xpheve.PhysicsEngine(
-                up=table.up, seed=table.seed, registry=registry, disable=disable, on_law_error=on_law_error
+                up=table.up,
+                seed=table.seed,
+                compile=compile or table.compile,
+                registry=registry,
+                disable=disable,
+                on_law_error=on_law_error,
             )
         self.registry = self.engine.registry
         self.unnamed: dict[Any, LawContainer] = {}

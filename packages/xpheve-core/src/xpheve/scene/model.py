@@ -444,6 +444,7 @@ class SceneTable(Table):
     xpheve: Literal[1]
     up: Literal["x", "y", "z"] = "y"
     seed: Seed = 0
+    compile: Literal["auto", "always", "never"] = "auto"
     force_ids: Seed = 0
     run: RunTable = RunTable()
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]

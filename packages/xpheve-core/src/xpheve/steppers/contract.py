@@ -88,8 +88,33 @@ class Sources(Protocol):
     """Forces [N] of the last evaluation that no potential stands for, (3, rows); a stepper keeps them in
     ``state.arrays["working"]`` beside the flights they act over, so that their work is booked."""
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read."""
+    twists: NDArray[np.bool_]
+    """Which rows of the engine a law turns that has a torque."""
+
+    @property
+    def reads_turning(self) -> bool:
+        """Whether a law reads orientation or angular velocity, for all that is known."""
+        ...
+
+    @property
+    def turning_pairs(self) -> bool:
+        """Whether a law between two objects does."""
+        ...
+
+    def stepped(self, rows: Rows) -> Array:
+        """How ``rows`` turn, (1, rows).
+
+        2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and stays in closed form.
+        """
+        ...
+
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read.
+
+        ``again``: as in the call before, but for velocities and orientations; what reads none of them is not evaluated.
+        """
         ...
 
     def joined(self, rows: Sequence[int]) -> list[int]:

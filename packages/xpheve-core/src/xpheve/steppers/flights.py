@@ -58,8 +58,8 @@ class FlightState(State):
 
     def __init__(self, rows: Rows) -> None:
         super().__init__(rows, {"acceleration": np.zeros((3, len(rows))), "torque": np.zeros((3, len(rows)))})
-        self.turns: dict[int, tuple[int, tuple[float, ...]]] = {}
-        """By serial number: the version and constants of a free rotation."""
+        self.turns: dict[int, tuple[Any, tuple[float, ...]]] = {}
+        """By serial number: the state at the base, and the constants of the free rotation through it."""
         self.facts: _Facts | None = None
 
     def locate(self) -> None:
@@ -113,13 +113,30 @@ class FlightStepper(Stepper):
             (_read_position if name == "position" else _read_velocity)(facts, s, out)
             return
         out[...] = bodies.arrays[name][:, state.where]
-        for local in facts.turning:
+        self._read_turning(state, bodies, t, name, out, facts.turning)
+
+    def _read_turning(
+        self, state: FlightState, bodies: Bodies, t: Instant, name: str, out: Array, turning: Sequence[int]
+    ) -> None:
+        """Write orientation or angular velocity of the rows at places ``turning`` into ``out``."""
+        if name == "angular_velocity" and turning:
+            changing = self._changes_spin(state, bodies, np.array(turning, dtype=np.int64))
+            turning = [local for local, changes in zip(turning, changing.tolist(), strict=True) if changes]
+        for local in turning:
             out[:, local] = self.read_row(state, bodies, t, name, local)
+
+    def _changes_spin(self, state: FlightState, bodies: Bodies, places: Rows) -> Array:
+        """Which of the rows at ``places`` may have another angular velocity than at their base: not free balls, nor points."""
+        inertia = bodies.arrays["inertia"][:, state.rows[places]]
+        even = (inertia[0] == inertia[1]) & (inertia[1] == inertia[2])
+        changes: Array = ~even | state.arrays["torque"][:, places].any(axis=0)
+        return changes
 
     def read_row(self, state: State, bodies: Bodies, t: Instant, name: str, local: int) -> tuple[float, ...]:
         assert isinstance(state, FlightState)
         row = int(state.rows[local])
-        s = elapsed(t, bodies.clock_of(row))
+        if name in ("position", "velocity"):
+            s = elapsed(t, bodies.clock_of(row))
         if name == "position":
             x, v, a = bodies.get("position", row), bodies.get("velocity", row), _column(state, "acceleration", local)
             if "position_rest" in state.arrays:
@@ -132,7 +149,7 @@ class FlightStepper(Stepper):
                 r = _column(state, "velocity_rest", local)
                 return tuple(v[k] + (s * a[k] + r[k]) for k in range(3))
             return speed(v[0], a[0], s), speed(v[1], a[1], s), speed(v[2], a[2], s)
-        q, omega = self._turned(state, bodies, row, local, s)
+        q, omega = self._turned(state, bodies, row, local, elapsed(t, bodies.turn_clock_of(row)))
         return q if name == "orientation" else omega
 
     def _turned(self, state: FlightState, bodies: Bodies, row: int, local: int, s: float) -> tuple[Quat, Vec]:
@@ -153,10 +170,10 @@ class FlightStepper(Stepper):
     def _constants(
         self, state: FlightState, bodies: Bodies, row: int, q: Quat, omega: Vec, inertia: Vec
     ) -> tuple[float, ...]:
-        serial, version = int(bodies.serial[row]), int(bodies.version[row])
+        serial, key = int(bodies.serial[row]), (q, omega, inertia)
         held = state.turns.get(serial)
-        if held is None or held[0] != version:
-            held = state.turns[serial] = (version, prepare(q, omega, inertia))
+        if held is None or held[0] != key:
+            held = state.turns[serial] = (key, prepare(q, omega, inertia))
         return held[1]
 
     def flight(self, state: State, bodies: Bodies, local: int) -> Flight:

@@ -9,7 +9,10 @@ import numpy as np
 
 from xpheve.bodies import Bodies
 from xpheve.errors import LawFailedError, NoStepperError
+from xpheve.kernels import spin
 from xpheve.kernels.clock import Instant, elapsed, later
+from xpheve.kernels.vector import scale
+from xpheve.loop.array_spin import flown, half_way
 from xpheve.steppers.contract import (
     Array,
     Grid,
@@ -23,22 +26,24 @@ from xpheve.steppers.contract import (
     Stepper,
     Stop,
 )
-from xpheve.steppers.flights import FlightState, FlightStepper, spans_since
+from xpheve.steppers.flights import FlightState, FlightStepper, Quat, Vec, spans_since
 
 GROWTH = 5.0  # of a step over the last at most, as usual: Hairer, Norsett, Wanner I, II.4
 SAFETY = 0.9
 SMALLEST = 1e-14  # of the time at hand; a step below it no longer moves the clock reliably
 
-KEPT = {"position_rest": 3, "velocity_rest": 3, "working": 3, "work": 1, "work_rest": 1}
-"""What a row keeps besides its flight: remainders of compensated sums, the present force without potential, and the work of those before."""
+KEPT = {"position_rest": 3, "velocity_rest": 3, "working": 3, "work": 1, "work_rest": 1, "stepped": 1}
+"""What a row keeps besides its flight: remainders of compensated sums, the present force without potential, the work of those before, and how
+it turns, as `Sources.stepped` says."""
 
 
 class Midpoint(FlightStepper):
     """Over each step the force found at its middle acts, so that between steps motion is a parabola.
 
     Drift-kick-drift (Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4 and II.5): symplectic for forces of position alone;
-    for forces of velocity the kick is by the midpoint rule; stored forces act exactly; torques kick between two halves of free rotation.
-    Second order. With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
+    for forces of velocity the kick is by the midpoint rule; stored forces act exactly; torques kick between two halves of free rotation
+    (`xpheve.kernels.spin`). Rotation that no torque changes and no law needs along the way stays in closed form. Second order.
+    With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
     Places, velocities and work are compensated sums (`xpheve.loop.fields`).
     """
 
@@ -94,7 +99,7 @@ class Midpoint(FlightStepper):
         self, state: State, bodies: Bodies, grid: Grid, steps: int, settings: Settings, sources: Sources | None
     ) -> Stop:
         assert isinstance(state, FlightState) and sources is not None
-        if sources.program is None or _turns(state, bodies):
+        if self._alone(state, bodies, sources):
             return super().stride(state, bodies, grid, steps, settings, sources)
         return self._stride(state, bodies, grid, steps, grid.point(steps), sources)
 
@@ -105,8 +110,8 @@ class Midpoint(FlightStepper):
         if not np.isfinite(grid.dt):
             raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
         state.numbers["second"] = 0.0
-        found = self._ended(state, bodies, self.covered(state))
-        if sources.program is None or _turns(state, bodies):
+        found = self._ended(state, bodies, self.covered(state), sources)
+        if self._alone(state, bodies, sources):
             trial = _Step(self, state, bodies, sources).flights(grid.origin, grid.dt, state.rows, found)
         else:
             trial = self._run(state, bodies, grid, steps, found, sources)
@@ -114,17 +119,26 @@ class Midpoint(FlightStepper):
         self._cover(state, end, steps)
         return Stop(end, state.rows.tolist())
 
+    def _alone(self, state: FlightState, bodies: Bodies, sources: Sources) -> bool:
+        """Whether the laws must be evaluated one by one: they have no loop, or they join objects that turn, and read how."""
+        if sources.program is None:
+            return True
+        if not sources.turning_pairs:
+            return False
+        rows, arrays = state.rows, bodies.arrays
+        turns = arrays["angular_velocity"][:, rows].any() or arrays["torque"][:, rows].any()
+        return bool(turns or sources.twists[rows].any())
+
     def _run(
         self, state: FlightState, bodies: Bodies, grid: Grid, steps: int, found: dict[str, Array], sources: Sources
     ) -> dict[str, Array]:
         """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
         numbers = sources.pack(state, found)
-        changing = sources.program.loop.slots.changing
         kept = numbers.copy()
         sources.run(numbers, grid, steps)
-        if not np.isfinite(numbers[:changing]).all():
+        if sources.program.strays(numbers, grid.dt).any():
             self._fail(state, bodies, grid, steps, found, kept, sources)
-        return found | sources.unpack(numbers) | {"torque": bodies.arrays["torque"][:, state.rows]}
+        return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
         self,
@@ -137,27 +151,29 @@ class Midpoint(FlightStepper):
         sources: Sources,
     ) -> None:
         """Go to the last step that is finite, and raise what makes the next one fail."""
-        changing = sources.program.loop.slots.changing
+        strays = sources.program.strays
         good, bad = 0, steps
         best = kept
         while bad - good > 1:
             middle = (good + bad) // 2
             numbers = kept.copy()
             sources.run(numbers, grid, middle)
-            if np.isfinite(numbers[:changing]).all():
-                good, best = middle, numbers
-            else:
+            if strays(numbers, grid.dt).any():
                 bad = middle
+            else:
+                good, best = middle, numbers
         if good:
-            trial = found | sources.unpack(best) | {"torque": bodies.arrays["torque"][:, state.rows]}
+            trial = found | {"torque": np.zeros((3, state.count))} | sources.unpack(best)
             self._commit(state, bodies, slice(None), grid.point(good - 1), trial)
             self._cover(state, grid.point(good), good)
         begin = grid.point(good)
-        trial = self._ended(state, bodies, self.covered(state))
+        trial = self._ended(state, bodies, self.covered(state), sources)
         _Step(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
-        row = int(np.flatnonzero(~np.isfinite(numbers_of(kept, sources, grid, bad, changing)).all(axis=0))[0])
+        numbers = kept.copy()
+        sources.run(numbers, grid, bad)
+        row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
         raise LawFailedError(
-            f"motion leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
         )
 
     def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
@@ -165,9 +181,12 @@ class Midpoint(FlightStepper):
         state.numbers["steps"] += float(steps)
 
     def _ended(
-        self, state: FlightState, bodies: Bodies, t: Instant, which: slice | Rows = slice(None)
+        self, state: FlightState, bodies: Bodies, t: Instant, sources: Sources, which: slice | Rows = slice(None)
     ) -> dict[str, Array]:
-        """State, remainders and work of rows at ``t``, to which their present flights have led; nothing is written."""
+        """State, remainders and work of rows at ``t``, to which their present flights have led; nothing is written.
+
+        Of rows whose rotation stays in closed form, it is left as it was at its base.
+        """
         rows = state.rows[which]
         held = {name: array[:, which] for name, array in state.arrays.items()}
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
@@ -180,24 +199,73 @@ class Midpoint(FlightStepper):
         joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + held["work_rest"][0]
         work, rest = two_sums(held["work"][0], joules)
         found["work"], found["work_rest"] = work[None], rest[None]
-        found["orientation"] = bodies.arrays["orientation"][:, rows].copy()
-        found["angular_velocity"] = bodies.arrays["angular_velocity"][:, rows].copy()
-        turning = found["angular_velocity"].any(axis=0) | held["torque"].any(axis=0)
+        for name in ("orientation", "angular_velocity"):
+            found[name] = bodies.arrays[name][:, rows].copy()
+        before = held["stepped"]
+        found["stepped"] = np.maximum(sources.stepped(rows), np.minimum(before, 1.0))
+        if not found["stepped"].any():
+            return found
+        stepped = np.flatnonzero(before[0])
+        for name, values in zip(
+            ("orientation", "angular_velocity"), self._flown(state, bodies, t, stepped, which), strict=True
+        ):
+            found[name][:, stepped] = values
         places = np.arange(state.count)[which]
-        for k in np.flatnonzero(turning).tolist():
+        for k in np.flatnonzero((found["stepped"][0] > 0.0) & (before[0] == 0.0)).tolist():
             for name in ("orientation", "angular_velocity"):
                 found[name][:, k] = self.read_row(state, bodies, t, name, int(places[k]))
         return found
+
+    def _flown(
+        self,
+        state: FlightState,
+        bodies: Bodies,
+        t: Instant,
+        places: Rows | Sequence[int],
+        which: slice | Rows = slice(None),
+    ) -> tuple[Array, Array]:
+        """Orientations and angular velocities at ``t`` of the rows at ``places`` (of ``which``), whose rotation is stepped."""
+        rows, torque = state.rows[which][places], state.arrays["torque"][:, which][:, places]
+        q, omega, inertia = (bodies.arrays[name][:, rows] for name in ("orientation", "angular_velocity", "inertia"))
+        return flown(q, omega, inertia, torque, spans_since(t, bodies.turn_clock[0, rows], bodies.turn_clock[1, rows]))
+
+    def _turned(self, state: FlightState, bodies: Bodies, row: int, local: int, s: float) -> tuple[Quat, Vec]:
+        if state.arrays["stepped"][0, local] == 0.0:
+            return super()._turned(state, bodies, row, local, s)
+        q: Any = bodies.get("orientation", row)
+        omega: Any = bodies.get("angular_velocity", row)
+        if s == 0.0:
+            return q, omega
+        inertia: Any = bodies.get("inertia", row)
+        torque: Any = state.arrays["torque"][:, local].tolist()
+        torque = scale(torque, spin.inverse_of(inertia))
+        return spin.flown(q, omega, spin.excess_of(inertia), spin.spread_of(inertia), torque, s)
+
+    def _read_turning(
+        self, state: FlightState, bodies: Bodies, t: Instant, name: str, out: Array, turning: Sequence[int]
+    ) -> None:
+        stepped = state.arrays["stepped"][0]
+        together = [local for local in turning if stepped[local]]
+        if together:
+            out[:, together] = self._flown(state, bodies, t, together)[0 if name == "orientation" else 1]
+            turning = [local for local in turning if not stepped[local]]
+        super()._read_turning(state, bodies, t, name, out, turning)
 
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
     ) -> None:
         rows = state.rows[which]
-        for name in ("position", "velocity", "orientation", "angular_velocity"):
+        for name in ("position", "velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
-        for name in ("acceleration", "torque", *KEPT):
+        stepped = np.flatnonzero(trial["stepped"][0])
+        if len(stepped):
+            for name in ("orientation", "angular_velocity"):
+                bodies.arrays[name][:, rows[stepped]] = trial[name][:, stepped]
+            bodies.turn_clock[:, rows[stepped]] = bodies.clock[:, rows[stepped]]
+        for name in ("acceleration", *KEPT):
             state.arrays[name][:, which] = trial[name]
+        state.arrays["torque"][:, which] = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)
         state.facts = None
         bodies.change += 1
 
@@ -212,7 +280,7 @@ class Midpoint(FlightStepper):
         for name in ("position_rest", "velocity_rest"):  # what was written is what it says
             state.arrays[name][:, written] = 0.0
         span = elapsed(self.covered(state), t)
-        trial = self._ended(state, bodies, t, which)
+        trial = self._ended(state, bodies, t, sources, which)
         trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows[which], trial)
         self._commit(state, bodies, which, t, trial)
         return together
@@ -220,7 +288,7 @@ class Midpoint(FlightStepper):
     def restart(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> Sequence[int]:
         assert isinstance(state, FlightState) and sources is not None
         span = elapsed(self.covered(state), t)
-        trial = self._ended(state, bodies, t)
+        trial = self._ended(state, bodies, t, sources)
         trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows, trial)
         self._commit(state, bodies, slice(None), t, trial)
         return state.rows.tolist()  # type: ignore[no-any-return]
@@ -232,7 +300,7 @@ class Midpoint(FlightStepper):
     ) -> Stop:
         begin = self.covered(state)
         step = _Step(self, state, bodies, sources)
-        start = self._ended(state, bodies, begin)
+        start = self._ended(state, bodies, begin, sources)
         if state.numbers["second"] > 0.0:
             span = state.numbers["second"]
             trial = step.flights(begin, span, state.rows, start)
@@ -258,42 +326,50 @@ class _Step:
         stored = self.bodies.arrays["force"][:, rows] / mass
         torque = self.bodies.arrays["torque"][:, rows]
         half = 0.5 * span
-        middle = self._middle(begin, rows, torque, half)
+        middle = self._middle(t, begin, rows, torque, half)
         force, twist, reads_velocity = self.sources.evaluate(rows, later(t, half), middle)
         if reads_velocity:
             middle["velocity"] = begin["velocity"] + half * (stored + force / mass)
             if twist.any():
-                middle["orientation"], middle["angular_velocity"] = self._turn(begin, rows, torque + twist, half)
-            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle)
+                self._half_way(middle, begin, rows, torque + twist, half)
+            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle, again=True)
         working = self.sources.working
         return begin | {"acceleration": stored + force / mass, "torque": torque + twist, "working": working}
 
-    def _middle(self, begin: dict[str, Array], rows: Rows, torque: Array, half: float) -> dict[str, Array]:
+    def _middle(self, t: Instant, begin: dict[str, Array], rows: Rows, torque: Array, half: float) -> dict[str, Array]:
         # Of stored forces too only what the middle needs: so a body at rest or at its terminal speed stays there exactly.
         middle = {"position": begin["position"] + half * begin["velocity"], "velocity": begin["velocity"]}
-        middle["orientation"], middle["angular_velocity"] = self._turn(begin, rows, torque, half)
+        middle |= {name: begin[name].copy() for name in ("orientation", "angular_velocity")}
+        self._half_way(middle, begin, rows, torque, half)
+        if self.sources.reads_turning:
+            free = (begin["stepped"][0] == 0.0) & begin["angular_velocity"].any(axis=0)
+            for k in np.flatnonzero(free).tolist():
+                local = int(self.bodies.local[rows[k]])
+                for name in ("orientation", "angular_velocity"):
+                    middle[name][:, k] = self.stepper.read_row(self.state, self.bodies, later(t, half), name, local)
         return middle
 
-    def _turn(self, begin: dict[str, Array], rows: Rows, torque: Array, span: float) -> tuple[Array, Array]:
-        from xpheve.kernels.flight import turn_split
-
-        q, omega = begin["orientation"].copy(), begin["angular_velocity"].copy()
-        for k in np.flatnonzero(omega.any(axis=0) | torque.any(axis=0)).tolist():
-            inertia = self.bodies.get("inertia", int(rows[k]))
-            q[:, k], omega[:, k] = turn_split(
-                tuple(q[:, k].tolist()),
-                tuple(omega[:, k].tolist()),
-                inertia,  # type: ignore[arg-type]
-                tuple(torque[:, k].tolist()),
-                span,
-            )
-        return q, omega
+    def _half_way(
+        self, middle: dict[str, Array], begin: dict[str, Array], rows: Rows, torque: Array, half: float
+    ) -> None:
+        """Put the rotation half way into ``middle``, of rows whose rotation is stepped."""
+        k = np.flatnonzero(begin["stepped"][0])
+        if len(k):
+            q, omega, inertia = begin["orientation"], begin["angular_velocity"], self.bodies.arrays["inertia"]
+            torque = np.where(begin["stepped"] == 2.0, torque, 0.0)
+            found = half_way(q[:, k], omega[:, k], inertia[:, rows[k]], torque[:, k], half)
+            middle["orientation"][:, k], middle["angular_velocity"][:, k] = found
 
     def end(self, trial: dict[str, Array], rows: Rows, span: float) -> dict[str, Array]:
         """The state ``span`` after the beginning of the flights in ``trial``."""
         half, a = 0.5 * span, trial["acceleration"]
-        q, omega = self._turn(trial, rows, trial["torque"], span)
-        return {
+        q, omega = trial["orientation"].copy(), trial["angular_velocity"].copy()
+        k = np.flatnonzero(trial["stepped"][0])
+        if len(k):
+            torque = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)[:, k]
+            inertia = self.bodies.arrays["inertia"][:, rows[k]]
+            q[:, k], omega[:, k] = flown(q[:, k], omega[:, k], inertia, torque, span)
+        return trial | {
             "position": trial["position"] + span * (trial["velocity"] + half * a),
             "velocity": trial["velocity"] + span * a,
             "orientation": q,
@@ -352,16 +428,3 @@ def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
     t = a + b
     d = t - a
     return t, (a - (t - d)) + (b - d)
-
-
-def numbers_of(kept: Array, sources: Sources, grid: Grid, steps: int, changing: int) -> Any:
-    """What the program makes of ``kept`` in ``steps`` steps."""
-    numbers = kept.copy()
-    sources.run(numbers, grid, steps)
-    return numbers[:changing]
-
-
-def _turns(state: State, bodies: Bodies) -> bool:
-    """Whether a row spins, or a torque acts on it."""
-    rows = state.rows
-    return bool(bodies.arrays["angular_velocity"][:, rows].any() or bodies.arrays["torque"][:, rows].any())

@@ -1,0 +1,200 @@
+"""What `explain` says of loops: how each batch runs, why, what was compiled for it, and what each law costs in it."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+from xpheve.errors import XpheveError
+from xpheve.laws import ContinuousLaw
+from xpheve.plan.hand_kernels import is_by_hand
+
+if TYPE_CHECKING:
+    from xpheve.plan.evaluation import BatchSources
+    from xpheve.plan.groups import Batch
+    from xpheve.plan.world import World
+
+ALONE = "law by law"
+ORIGINS = {
+    "compiled": "compiled now, and kept for later runs",
+    "memory": "compiled now, and not kept",
+    "cache": "from the cache",
+    "interpreted": "interpreted",
+}
+
+
+def loop_of(world: World, batch: Batch) -> dict[str, Any]:
+    """How ``batch`` is run along the way, and why; empty texts where motion is in closed form."""
+    sources = world.sources(batch)
+    if sources is None:
+        return {"tier": "", "tier_because": "", "calls": "", "kernel": None}
+    tier, because = _tier(world, batch, sources)
+    calls = "one step in a call, each law called by itself" if tier == ALONE else _calls(world, batch, sources)
+    kernel = None if tier == ALONE else sources.program.made(tier)
+    told = (
+        {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
+    )
+    return {"tier": tier, "tier_because": because, "calls": calls, "kernel": told}
+
+
+def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
+    from xpheve.plan.tiers import FEW, MANY, choose_tier
+
+    try:
+        program = sources.program
+    except XpheveError as error:
+        return ALONE, str(error)
+    if program is None:
+        return ALONE, sources.why_alone
+    ran = batch.state.numbers.get("steps", 0) > 0
+    if ran and world.settings.dt is None:
+        return ALONE, "steps follow the tolerances; with dt they are made in a loop"
+    tier = world.tiers.get(batch.signature)
+    if tier is None and ran:
+        return ALONE, f"{batch.stepper.id} asked for no loop, as when bodies turn"
+    size = f"{sources.load} rows and pairs"
+    if world.compile != "auto":
+        size = f'compile="{world.compile}"; {size}'
+    elif sources.load >= MANY:
+        size = f"{size}: from {MANY} on it pays to compile"
+    else:
+        size = f"{size}: up to {FEW} floats one by one are fastest, below {MANY} it does not pay to compile"
+    return (tier, size) if tier is not None else (choose_tier(world.compile, sources.load), f"{size}; not run yet")
+
+
+def _calls(world: World, batch: Batch, sources: BatchSources) -> str:
+    """Whether many steps are made in one call, and if not, why not."""
+    objects = [world.bodies.objects[row] for row in batch.state.rows.tolist()]
+    contacts = world.contacts
+    if len(sources.hands):
+        why = "objects that the host carries act on it"
+    elif world.wakeups.tracker.follows_any(objects):
+        why = "a condition follows its motion"
+    elif contacts is not None and any(contacts.concerns(obj) for obj in objects):
+        why = "contacts of its objects are looked for"
+    elif world.host_step_listeners():
+        why = "somebody is called at host steps"
+    else:
+        until = "many steps in one call, until somebody looks or something happens"
+        return f"{until}, or a force jumps" if sources.jumps else until
+    return f"one step in a call: {why}"
+
+
+def costs(world: World) -> dict[ContinuousLaw, float]:
+    """The share of each law in the operations of a step of all loops; laws that are not traced have none."""
+    work: dict[ContinuousLaw, float] = {}
+    for batch in world.batches:
+        sources = world.sources(batch) if batch.state.count else None
+        if sources is None:
+            continue
+        for law, count in sources.counts():
+            work[law] = work.get(law, 0.0) + count * _operations(law)
+    total = sum(work.values())
+    return {law: one / total for law, one in work.items()} if total else {}
+
+
+def _operations(law: ContinuousLaw) -> int:
+    """Operations of a row or pair in a step: a force that depends on velocity is found twice."""
+    from xpheve.trace.nature import operations
+
+    trace = _trace_of(law)
+    if trace is None:
+        return 0
+    return sum(operations(trace.motion)) * (2 if "velocity" in trace.reads else 1)
+
+
+def _trace_of(law: ContinuousLaw) -> Any:
+    from xpheve.trace.recorder import trace_law
+
+    try:
+        return trace_law(law)
+    except XpheveError:
+        return None
+
+
+def told_of(
+    world: World, law: ContinuousLaw, shares: dict[ContinuousLaw, float], tiers: dict[int, str]
+) -> dict[str, Any]:
+    """What is said of a law that is evaluated along the way; ``tiers`` are those of the batches, by number."""
+    own = [tiers[batch.number] for batch in world.batches if law in batch.laws and batch.number in tiers]
+    found = {
+        "tier": ", ".join(dict.fromkeys(own)),
+        "switched": world.is_switched(law),
+        "share": shares.get(law),
+    }
+    trace = _trace_of(law)
+    if trace is None:
+        return found | {"kind": _why_untraced(law), "operations": None}
+    nature = _nature_of(law, trace)
+    return found | {
+        "reads": sorted(trace.reads),
+        "kind": nature.words(),
+        "operations": nature.operations._asdict(),
+    }
+
+
+def _nature_of(law: ContinuousLaw, trace: Any) -> Any:
+    """What the expressions say, and what numbers say of energy where they can be tried."""
+    from xpheve.trace.check import nature_of
+    from xpheve.trace.nature import nature
+
+    try:
+        return nature_of(law, trace)
+    except XpheveError:
+        return nature(trace)
+
+
+def _why_untraced(law: ContinuousLaw) -> str:
+    from xpheve.trace.recorder import trace_law, why_untraced
+
+    why = why_untraced(law)
+    if is_by_hand(law):
+        return f"{why}; the NumPy tier calls it row by row in Python, which is slow"
+    if not why:
+        try:
+            trace_law(law)
+        except XpheveError as error:
+            why = str(error)
+    return f"not traced: {why}"
+
+
+def kernels() -> list[dict[str, Any]]:
+    """What this process compiled, or took from the cache; nothing is imported to say so."""
+    module = sys.modules.get("xpheve.compile")
+    facts = module.facts() if module is not None else []
+    return [
+        {name: one[name] for name in ("what", "origin", "seconds")} for one in facts if one["origin"] != "interpreted"
+    ]
+
+
+# Text
+
+
+def loop_lines(group: dict[str, Any]) -> list[str]:
+    """How the batch of ``group`` runs, as text."""
+    if not group["tier"]:
+        return []
+    lines = [f"    loop: {group['tier']}: {group['tier_because']}"]
+    if group["tier"] != ALONE:
+        lines.append(f"    calls: {group['calls']}")
+    if group["kernel"] is not None and group["kernel"]["origin"] != "interpreted":
+        lines.append(f"    code: {kernel_line(group['kernel'])}")
+    return lines
+
+
+def kernel_line(kernel: dict[str, Any]) -> str:
+    """Where compiled code came from, in what time."""
+    return f"{kernel['what']}: {ORIGINS[kernel['origin']]}, {kernel['seconds']:.3g} s"
+
+
+def law_lines(laws: list[dict[str, Any]]) -> list[str]:
+    """What laws along the way are and cost, as text."""
+    lines = []
+    for law in laws:
+        if not law["tier"]:
+            continue
+        share = "" if law["share"] is None else f"; {law['share']:.0%} of the operations of a step"
+        switched = "; switched by a number" if law["switched"] else ""
+        lines.append(f"  {law['name'] or law['id']} [{law['tier']}]: reads {', '.join(law['reads']) or 'nothing'}")
+        lines.append(f"    {law['kind']}{share}{switched}")
+    return ["", "laws along the way", *lines] if lines else []
