@@ -87,6 +87,21 @@ def pulled_up(count: int = 1) -> Any:
     return engine, bodies
 
 
+class Spun(xp.PairLaw):
+    """A pull that follows the spins of both."""
+
+    strength = xp.Param(0.2, unit="N*s/rad", doc="k.")
+
+    def force(self, a: Any, b: Any) -> Any:
+        """F = k (w_a + w_b) [N]."""
+        return self.strength * (a.angular_velocity + b.angular_velocity)
+
+
+def coupled_spins(count: int = 2) -> Any:
+    """Tops whose pull on one another follows their spins."""
+    return several([(Spun, {})], max(count, 2))
+
+
 def netted(count: int = 2) -> Any:
     """Tops on a turntable, joined by springs and dampers."""
     engine, bodies = turntable(max(count, 2))
@@ -249,3 +264,18 @@ def test_a_torque_that_is_put_out_acts_no_more(wish: str, count: int) -> None:
         lost = np.linalg.norm(before) - np.linalg.norm(engine.angular_momentum())
         assert lost > 0.1 if law.enabled else abs(lost) < 1e-11 * np.linalg.norm(before)
     assert np.isfinite(state(bodies)).all()
+
+
+def test_a_law_between_objects_that_turn_has_order_two_and_leaves_their_rotation_in_closed_form() -> None:
+    found = []
+    for n in (32, 64, 128, 256):
+        engine, bodies = coupled_spins()
+        omega: Any = bodies[0].angular_velocity
+        engine.run(until=1.0, dt=1.0 / n)
+        found.append(state(bodies))
+    first, second, third = (np.abs(a - b)[:, :6].max() for a, b in itertools.pairwise(found))
+    assert first / second == pytest.approx(4.0, rel=0.1)
+    assert second / third == pytest.approx(4.0, rel=0.1)
+    q, spin = free_rotation.turn(free_rotation.prepare((1.0, 0.0, 0.0, 0.0), omega, TOP), 1.0)
+    assert np.array(bodies[0].orientation) == pytest.approx(np.array(q), abs=1e-12)
+    assert np.array(bodies[0].angular_velocity) == pytest.approx(np.array(spin), abs=1e-12)
