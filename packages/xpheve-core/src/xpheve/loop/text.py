@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from xpheve.loop.array_couples import ArrayPairText
+from xpheve.loop.array_fields import ArrayFieldText
 from xpheve.loop.couples import LISTED, NEAR, PairText
 from xpheve.loop.fields import AXES, ORIGIN, FieldText
 from xpheve.loop.terms import LANES, Slots, Term, columns_of
@@ -76,7 +77,8 @@ class LoopText:
 
     def _fields(self, number: int, kind: tuple[Term, ...], arrays: bool) -> FieldText:
         turning = self.turning == ALL_TURN or (self.turning == TURN and any(term.of_turning for term in kind))
-        return FieldText(number, kind, self.slots, self.stored_work, arrays, turning)
+        maker = ArrayFieldText if arrays else FieldText
+        return maker(number, kind, self.slots, self.stored_work, turning)
 
     def _middles(self, arrays: bool) -> list[str]:
         """Functions that find the middles of all rows, and put the sums of pair forces to 0."""
