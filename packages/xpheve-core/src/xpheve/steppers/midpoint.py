@@ -12,7 +12,6 @@ from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.kernels import spin
 from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.kernels.vector import scale
-from xpheve.loop.array_spin import flown, half_way
 from xpheve.steppers.contract import (
     Array,
     Grid,
@@ -225,6 +224,8 @@ class Midpoint(FlightStepper):
         which: slice | Rows = slice(None),
     ) -> tuple[Array, Array]:
         """Orientations and angular velocities at ``t`` of the rows at ``places`` (of ``which``), whose rotation is stepped."""
+        from xpheve.loop.array_spin import flown
+
         rows, torque = state.rows[which][places], state.arrays["torque"][:, which][:, places]
         q, omega, inertia = (bodies.arrays[name][:, rows] for name in ("orientation", "angular_velocity", "inertia"))
         return flown(q, omega, inertia, torque, spans_since(t, bodies.turn_clock[0, rows], bodies.turn_clock[1, rows]))
@@ -355,6 +356,8 @@ class _Step:
         """Put the rotation half way into ``middle``, of rows whose rotation is stepped."""
         k = np.flatnonzero(begin["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import half_way
+
             q, omega, inertia = begin["orientation"], begin["angular_velocity"], self.bodies.arrays["inertia"]
             torque = np.where(begin["stepped"] == 2.0, torque, 0.0)
             found = half_way(q[:, k], omega[:, k], inertia[:, rows[k]], torque[:, k], half)
@@ -366,6 +369,8 @@ class _Step:
         q, omega = trial["orientation"].copy(), trial["angular_velocity"].copy()
         k = np.flatnonzero(trial["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import flown
+
             torque = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)[:, k]
             inertia = self.bodies.arrays["inertia"][:, rows[k]]
             q[:, k], omega[:, k] = flown(q[:, k], omega[:, k], inertia, torque, span)
