@@ -219,9 +219,13 @@ class Program:
         """What the entry is called with: numbers, and whole numbers."""
         segments = []
         for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
-            where = (first, last) if rows else (tile, end)
             over = (last - first) % LANES or LANES
-            segments.append([self._kinds[k], *where, over, self._places[k][0]])
+            if not rows:
+                segments.append([self._kinds[k], tile, end, over, self._places[k][0]])
+                continue
+            most = last - first if self.couples else ARRAY_ROWS
+            for begin in range(first, last, most):
+                segments.append([self._kinds[k], begin, min(begin + most, last), over, self._places[k][0]])
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
         counts = [len(segments), steps, number, self.rows if rows else self.tiles]
         tables = self.loop.tables if len(self.loop.tables) else _NO_TABLES
@@ -269,6 +273,8 @@ class Program:
 
 _NO_TABLES = np.zeros(1)
 _NOTHING = np.zeros(1, dtype=np.int64)
+ARRAY_ROWS = 4096
+"""Rows that NumPy carries through all steps of a call before the next ones: so many numbers stay in a cache."""
 SKIN = 0.12
 """How much farther than the cutoff lists of neighbours reach, of the cutoff: they serve until a body has gone half of that."""
 
