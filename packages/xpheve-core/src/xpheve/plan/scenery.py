@@ -275,7 +275,7 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
 
 def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     """Whether the change is no more than another number, or another text, for the loops that ``law`` is in: nobody need be planned anew."""
-    if law.containers or law in world.constant or not any(law in batch.laws for batch in world.batches):
+    if law.containers or law in world.constant or not world.is_linked(law):
         return False
     if what != "enabled":
         return law.enabled and world.same_structure(law)

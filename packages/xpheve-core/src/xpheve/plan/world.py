@@ -214,20 +214,25 @@ class World:
             if law in batch.laws
         )
 
+    def is_linked(self, law: ContinuousLaw) -> bool:
+        """Whether ``law`` is known in the batches of all its objects."""
+        batches = self._batches_of(law)
+        return bool(batches) and all(law in batch.laws for batch in batches)
+
+    def _batches_of(self, law: ContinuousLaw) -> list[Batch]:
+        """The batches of the objects of ``law`` that move; none if one of them is not planned."""
+        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
+        numbers = np.unique(self.bodies.batch[rows]).tolist() if rows and not self.unplanned else [-1]
+        return [] if numbers[0] < 0 else [self.batches[number] for number in numbers]
+
     def may_link_again(self, law: ContinuousLaw) -> bool:
         """Whether loops can do without ``law``, or take it up again, with everybody where he is.
 
-        It is known in all batches of its objects, and each of these has another law on all its rows, by which it must be stepped anyway.
+        Each batch of its objects has another law on all its rows, by which it must be stepped anyway.
         """
-        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
-        if not rows or self.unplanned:
-            return False
-        numbers = np.unique(self.bodies.batch[rows])
-        return all(number >= 0 and self._stands_without(self.batches[number], law) for number in numbers.tolist())
+        return all(self._stands_without(batch, law) for batch in self._batches_of(law))
 
     def _stands_without(self, batch: Batch, law: ContinuousLaw) -> bool:
-        if law not in batch.laws:
-            return False
         objects = {self.bodies.objects[row] for row in batch.state.rows.tolist()}
         others = [one for one in batch.laws if one is not law and (one.enabled or self.is_switched(one))]
         return any(objects <= self.mapping.objects(one).keys() for one in others)
