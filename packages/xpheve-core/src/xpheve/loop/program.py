@@ -13,7 +13,7 @@ from xpheve.kernels.neighbours import room
 from xpheve.loop.array_run import array_entry
 from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
-from xpheve.loop.terms import LANES, Term
+from xpheve.loop.terms import CHANGING, LANES, Term
 from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
 from xpheve.trace.graph import walk
 
@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 INTERPRETED, NUMPY, COMPILED = "interpreted", "numpy", "compiled"
+
+MODEST = 1e70
+"""Numbers below it, and steps, cannot make a flight leave the range of floats, nor its work."""
 
 
 class Segment(NamedTuple):
@@ -73,7 +76,7 @@ class Program:
         turning: str = FREE,
     ) -> None:
         self.segments, self.couples = tuple(segments), tuple(couples)
-        self.moving, self.sources = moving, sources
+        self.moving, self.sources, self._stored_work = moving, sources, stored_work
         kinds = list(dict.fromkeys(one.terms for one in segments))
         pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in couples]
         self.loop = LoopText(kinds, pair_kinds, stored_work, turning)
@@ -205,6 +208,24 @@ class Program:
             number, steps = number + stopped - 1, steps - stopped + 1
             self._make_room(ints[0])
         self._from_tiles(tiled, numbers)
+
+    def strays(self, numbers: Array, h: float) -> NDArray[np.bool_]:
+        """Which moving rows have left the range of floats after a run, or will by the end of the step of ``h`` [s] that is under way."""
+        slots = self.loop.slots
+        changed = numbers[: slots.changing, : self.moving]
+        if self.moving and max(changed.max(), -changed.min()) < MODEST and h < MODEST and not self._stored_work:
+            return np.zeros(self.moving, dtype=bool)
+        part = {name: changed[slots.first[name] : slots.first[name] + width] for name, width in CHANGING.items()}
+        with np.errstate(all="ignore"):
+            way = h * (part["velocity"] + 0.5 * h * part["acceleration"])
+            force = part["working"]
+            if self._stored_work:
+                first = slots.first["stored_working"]
+                force = force + numbers[first : first + 3, : self.moving]
+            ends = [part["position"] + way, part["velocity"] + h * part["acceleration"]]
+            ends.append(part["work"] + (force * way).sum(axis=0))
+        strays: NDArray[np.bool_] = ~np.isfinite(np.concatenate([changed, *ends])).all(axis=0)
+        return strays
 
     def _make_room(self, counts: Places) -> None:
         """Room in the lists of neighbours for what was wanted, and some more."""

@@ -12,7 +12,6 @@ from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.kernels import spin
 from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.kernels.vector import scale
-from xpheve.loop.array_spin import flown, half_way
 from xpheve.steppers.contract import (
     Array,
     Grid,
@@ -117,7 +116,7 @@ class Midpoint(FlightStepper):
             trial = self._run(state, bodies, grid, steps, found, sources)
         self._commit(state, bodies, slice(None), grid.point(steps - 1), trial)
         self._cover(state, end, steps)
-        return Stop(end, state.rows.tolist())
+        return Stop(end, state.rows)
 
     def _alone(self, state: FlightState, bodies: Bodies, sources: Sources) -> bool:
         """Whether the laws must be evaluated one by one: they have no loop, or they join objects that turn, and read how."""
@@ -134,11 +133,9 @@ class Midpoint(FlightStepper):
     ) -> dict[str, Array]:
         """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
         numbers = sources.pack(state, found)
-        changing = sources.program.loop.slots.changing
-        kept = numbers.copy()
         sources.run(numbers, grid, steps)
-        if not np.isfinite(numbers[:changing]).all():
-            self._fail(state, bodies, grid, steps, found, kept, sources)
+        if sources.program.strays(numbers, grid.dt).any():
+            self._fail(state, bodies, grid, steps, found, sources.pack(state, found), sources)
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
@@ -152,17 +149,17 @@ class Midpoint(FlightStepper):
         sources: Sources,
     ) -> None:
         """Go to the last step that is finite, and raise what makes the next one fail."""
-        changing = sources.program.loop.slots.changing
+        strays = sources.program.strays
         good, bad = 0, steps
         best = kept
         while bad - good > 1:
             middle = (good + bad) // 2
             numbers = kept.copy()
             sources.run(numbers, grid, middle)
-            if np.isfinite(numbers[:changing]).all():
-                good, best = middle, numbers
-            else:
+            if strays(numbers, grid.dt).any():
                 bad = middle
+            else:
+                good, best = middle, numbers
         if good:
             trial = found | {"torque": np.zeros((3, state.count))} | sources.unpack(best)
             self._commit(state, bodies, slice(None), grid.point(good - 1), trial)
@@ -170,9 +167,11 @@ class Midpoint(FlightStepper):
         begin = grid.point(good)
         trial = self._ended(state, bodies, self.covered(state), sources)
         _Step(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
-        row = int(np.flatnonzero(~np.isfinite(numbers_of(kept, sources, grid, bad, changing)).all(axis=0))[0])
+        numbers = kept.copy()
+        sources.run(numbers, grid, bad)
+        row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
         raise LawFailedError(
-            f"motion leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
         )
 
     def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
@@ -186,24 +185,26 @@ class Midpoint(FlightStepper):
 
         Of rows whose rotation stays in closed form, it is left as it was at its base.
         """
-        rows = state.rows[which]
+        rows = _where(state, which)
         held = {name: array[:, which] for name, array in state.arrays.items()}
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
-        s = spans_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
+        s = _span_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
         way = s * (v + (0.5 * s) * a)
         found: dict[str, Array] = {}
         found["position"], found["position_rest"] = two_sums(x, way + held["position_rest"])
         found["velocity"], found["velocity_rest"] = two_sums(v, s * a + held["velocity_rest"])
         force = held["working"] + bodies.arrays["working"][:, rows]
-        joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + held["work_rest"][0]
-        work, rest = two_sums(held["work"][0], joules)
-        found["work"], found["work_rest"] = work[None], rest[None]
+        found["work"], found["work_rest"] = held["work"], held["work_rest"]
+        if force.any():
+            self._add_work(found, force, way)
         for name in ("orientation", "angular_velocity"):
-            found[name] = bodies.arrays[name][:, rows].copy()
+            found[name] = bodies.arrays[name][:, rows]
         before = held["stepped"]
-        found["stepped"] = np.maximum(sources.stepped(rows), np.minimum(before, 1.0))
+        found["stepped"] = np.maximum(sources.stepped(state.rows[which]), np.minimum(before, 1.0))
         if not found["stepped"].any():
             return found
+        for name in ("orientation", "angular_velocity"):
+            found[name] = found[name].copy()
         stepped = np.flatnonzero(before[0])
         for name, values in zip(
             ("orientation", "angular_velocity"), self._flown(state, bodies, t, stepped, which), strict=True
@@ -215,6 +216,13 @@ class Midpoint(FlightStepper):
                 found[name][:, k] = self.read_row(state, bodies, t, name, int(places[k]))
         return found
 
+    @staticmethod
+    def _add_work(found: dict[str, Array], force: Array, way: Array) -> None:
+        """Add the work of ``force`` along ``way`` to what is kept."""
+        joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + found["work_rest"][0]
+        work, rest = two_sums(found["work"][0], joules)
+        found["work"], found["work_rest"] = work[None], rest[None]
+
     def _flown(
         self,
         state: FlightState,
@@ -224,6 +232,8 @@ class Midpoint(FlightStepper):
         which: slice | Rows = slice(None),
     ) -> tuple[Array, Array]:
         """Orientations and angular velocities at ``t`` of the rows at ``places`` (of ``which``), whose rotation is stepped."""
+        from xpheve.loop.array_spin import flown
+
         rows, torque = state.rows[which][places], state.arrays["torque"][:, which][:, places]
         q, omega, inertia = (bodies.arrays[name][:, rows] for name in ("orientation", "angular_velocity", "inertia"))
         return flown(q, omega, inertia, torque, spans_since(t, bodies.turn_clock[0, rows], bodies.turn_clock[1, rows]))
@@ -253,12 +263,13 @@ class Midpoint(FlightStepper):
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
     ) -> None:
-        rows = state.rows[which]
+        rows = _where(state, which)
         for name in ("position", "velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
         stepped = np.flatnonzero(trial["stepped"][0])
         if len(stepped):
+            rows = state.rows[which]
             for name in ("orientation", "angular_velocity"):
                 bodies.arrays[name][:, rows[stepped]] = trial[name][:, stepped]
             bodies.turn_clock[:, rows[stepped]] = bodies.clock[:, rows[stepped]]
@@ -310,7 +321,7 @@ class Midpoint(FlightStepper):
             raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
         self._commit(state, bodies, slice(None), begin, trial)
         self._cover(state, later(begin, span), 1)
-        return Stop(self.covered(state), state.rows.tolist())
+        return Stop(self.covered(state), state.rows)
 
 
 class _Step:
@@ -354,6 +365,8 @@ class _Step:
         """Put the rotation half way into ``middle``, of rows whose rotation is stepped."""
         k = np.flatnonzero(begin["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import half_way
+
             q, omega, inertia = begin["orientation"], begin["angular_velocity"], self.bodies.arrays["inertia"]
             torque = np.where(begin["stepped"] == 2.0, torque, 0.0)
             found = half_way(q[:, k], omega[:, k], inertia[:, rows[k]], torque[:, k], half)
@@ -365,6 +378,8 @@ class _Step:
         q, omega = trial["orientation"].copy(), trial["angular_velocity"].copy()
         k = np.flatnonzero(trial["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import flown
+
             torque = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)[:, k]
             inertia = self.bodies.arrays["inertia"][:, rows[k]]
             q[:, k], omega[:, k] = flown(q[:, k], omega[:, k], inertia, torque, span)
@@ -422,15 +437,20 @@ class _Step:
         return worst if np.isfinite(worst) else np.inf
 
 
+def _where(state: State, which: slice | Rows) -> slice | Rows:
+    """The rows of the places ``which``; as a slice if they are all, and lie side by side."""
+    return state.where if isinstance(which, slice) else state.rows[which]
+
+
+def _span_since(t: Instant, base: Array, offset: Array) -> Any:
+    """Time [s] since each row's clock; one number if they share it."""
+    if len(base) and bool((base == base[0]).all()) and bool((offset == offset[0]).all()):
+        return elapsed(t, (float(base[0]), float(offset[0])))
+    return spans_since(t, base, offset)
+
+
 def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
     """``a + b``, and what rounding lost of it (Knuth, TAOCP 2, 4.2.2)."""
     t = a + b
     d = t - a
     return t, (a - (t - d)) + (b - d)
-
-
-def numbers_of(kept: Array, sources: Sources, grid: Grid, steps: int, changing: int) -> Any:
-    """What the program makes of ``kept`` in ``steps`` steps."""
-    numbers = kept.copy()
-    sources.run(numbers, grid, steps)
-    return numbers[:changing]
