@@ -240,16 +240,17 @@ def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) 
 
 def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
     """A parameter of ``law`` changed, or it was switched: correct what rests on it, at this instant."""
+    objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
+        for obj in objects if law.enabled else ():
+            world.mapping.check(obj, [law])
         world.switches[law] = world.switches.get(law, 0) + 1
     if isinstance(law, ContinuousLaw) and _in_loops(world, law, what):
         world.renew(law, linked_again=what == "enabled" and world.switches[law] <= 2)
         return
-    objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
         if law.enabled:
             for obj in objects:
-                world.mapping.check(obj, [law])
                 world.mapping.add(obj, law, world.time)
         else:
             withdraw(world, law, objects)

@@ -25,7 +25,7 @@ from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
-from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -754,7 +754,7 @@ class World:
 
     def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
-        trace = formula_of(law)
+        trace = None if is_by_hand(law) else formula_of(law)  # a kernel shows by a call whether it gives forces
         reads: set[str] = set() if trace is None else set(trace.reads)
         rows = np.array([obj._row for obj in objects], dtype=np.int64)
         if is_constant(reads):
