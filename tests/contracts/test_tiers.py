@@ -416,3 +416,18 @@ def test_copies_and_restored_engines_go_on_with_the_same_bits() -> None:
             other._world.compile = "always"
             other.run(until=0.6, dt=0.01)
             assert state(other) == expected, scene
+
+
+@pytest.mark.parametrize("tier", ALL_TIERS)
+def test_each_law_counts_its_own_time_since_an_object_came_under_it(tier: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = in_tier(xp.PhysicsEngine(), tier, monkeypatch)
+    laws = [
+        engine.add_law("basic:thrust", thrust=tuple(float(c == k) for c in range(3)), duration=0.2, name=f"thrust{k}")
+        for k in range(3)
+    ]
+    obj = engine.add_object(xp.PhysicalObject(mass=1.0), laws[:1])
+    for k in (1, 2):
+        engine.run(until=0.301 * k, dt=0.01)
+        engine.map(obj, laws[k])
+    engine.run(until=1.0, dt=0.01)
+    assert obj.velocity == pytest.approx((0.2, 0.2, 0.2), abs=1e-14)

@@ -51,10 +51,6 @@ class Burst(xp.FieldLaw):
         """Push [N]."""
         return self.strength * body.position
 
-    def potential(self, body: Any) -> Any:
-        """Energy [J], small numbers in place of true ones: that of a burst leaves the range of floats long before the burst does."""
-        return 0.0 * body.mass * body.velocity.dot(body.velocity)
-
 
 def scene(law: type[xp.FieldLaw], compile: str, count: int, **options: Any) -> tuple[xp.PhysicsEngine, Any]:
     engine = xp.PhysicsEngine(compile=compile, **options)

@@ -55,7 +55,8 @@ class LoopText:
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
-        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
+        self.ages = max((sum("since" in term.trace.reads for term in kind) for kind in kinds), default=0)
+        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns, self.ages)
         outputs = [node for term in terms for node in (term.trace.motion if turns else term.trace.force or ())]
         self.tables, self.slots.starts = packed(tables_of(outputs))
         """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
