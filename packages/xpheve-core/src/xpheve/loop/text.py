@@ -57,8 +57,8 @@ class LoopText:
         turns = turning != FREE
         self.ages = max((sum("since" in term.trace.reads for term in kind) for kind in kinds), default=0)
         self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns, self.ages)
-        outputs = [node for term in terms for node in (term.trace.motion if turns else term.trace.force or ())]
-        self.tables, self.slots.starts = packed(tables_of(outputs))
+        tables = dict.fromkeys(table for term in terms for table in tables_of(term.trace.motion))
+        self.tables, self.slots.starts = packed(list(tables))
         """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
         self.reads_time = any("time" in term.trace.reads for term in terms)
 

@@ -100,9 +100,10 @@ class Evaluator:
         """Volumes [m^3] of the shapes, asked for once a row and shape."""
         known = self.bodies.volume
         for row in rows[np.isnan(known[rows])].tolist():
-            known[row] = volume_of(self.bodies.objects[row])
+            volume = volume_of(self.bodies.objects[row])
+            known[row] = -1.0 if math.isnan(volume) else volume
         found: Array = known[rows]
-        return found
+        return np.where(found < 0.0, np.nan, found)
 
     def since(self, law: PhysicalLaw, obj: PhysicalObject) -> float:
         """When [s] ``obj`` came under ``law``, or ``law`` was enabled."""
