@@ -68,7 +68,9 @@ def state(engine: xp.PhysicsEngine) -> list[Any]:
 @ways
 def test_a_force_without_value_stops_the_run_just_before_its_step(compile: str, count: int) -> None:
     engine, law = scene(Fading, compile, count)
-    with pytest.raises(LawFailedError, match=r"failing:fading\.force gave \(.*nan.*\) for .*'b00'.* at t = 0\.50[0-9]* s") as info:
+    with pytest.raises(
+        LawFailedError, match=r"failing:fading\.force gave \(.*nan.*\) for .*'b00'.* at t = 0\.50[0-9]* s"
+    ) as info:
         engine.run(until=3.0, dt=0.001)
     assert info.value.law is law
     assert engine.time == pytest.approx(0.5, abs=1e-12)
@@ -98,7 +100,7 @@ def test_a_law_that_fails_is_disabled_if_that_was_asked_for(compile: str, count:
 
 @ways
 def test_motion_that_leaves_the_range_of_floats_names_the_object_and_leaves_it_finite(compile: str, count: int) -> None:
-    engine, law = scene(Burst, compile, count)
+    engine, _ = scene(Burst, compile, count)
     name = f"b{count - 1:02}"
     with pytest.raises(LawFailedError, match=f"leaves the range of floats in the step from t = [0-9.]+ s on: .*{name}"):
         engine.run(until=1e3, dt=0.1)

@@ -55,6 +55,14 @@ class BatchProgram:
         firsts = {one: k for k, one in enumerate(sorted(set(sets), key=lambda s: tuple(laws.index(law) for law in s)))}
         keys = np.array([firsts[one] for one in sets], dtype=np.int64)
         self.order: Places = np.lexsort((ranks, keys))
+        self._spots: Any = self.order
+        """`order`, or the slice that says the same: much faster."""
+        self._places: Any = rows[self.order]
+        """The rows of the engine in the order of the program, or the slice that says the same."""
+        if (self.order == np.arange(len(rows))).all():
+            self._spots = slice(None)
+            if len(rows) and int(rows[-1]) - int(rows[0]) == len(rows) - 1 and (np.diff(rows) == 1).all():
+                self._places = slice(int(rows[0]), int(rows[0]) + len(rows))
         segments = self._segments(keys[self.order], list(firsts))
         self.sources: Rows = np.zeros(0, dtype=np.int64)
         couples = self._couples(pairs)
@@ -151,11 +159,11 @@ class BatchProgram:
         slots, bodies = program.loop.slots, self.world.bodies
         numbers = np.empty((slots.width, program.rows))
         moving = program.moving
-        rows = self.rows[self.order]
+        rows = self._places
         numbers[: slots.changing] = 0.0
         for name in ("position", "velocity", "position_rest", "velocity_rest", "work", "work_rest"):
             first, given = slots.first[name], found[name]
-            numbers[first : first + len(given), :moving] = given[:, self.order]
+            numbers[first : first + len(given), :moving] = given[:, self._spots]
         if "spread" in slots.first:
             self._put_rotation(numbers, found, rows)
         mass = bodies.arrays["mass"][0, rows]
@@ -167,7 +175,7 @@ class BatchProgram:
             numbers[at : at + 3, :moving] = bodies.arrays["working"][:, rows]
         everyone = rows
         if len(self.sources):
-            everyone = np.concatenate([rows, self.sources])
+            everyone = np.concatenate([self.rows[self.order], self.sources])
             numbers[slots.first["position"] : slots.first["position"] + 3, moving:] = bodies.arrays["position"][
                 :, self.sources
             ]
@@ -179,13 +187,13 @@ class BatchProgram:
             self._put_column(numbers, name, everyone)
         return numbers
 
-    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: Rows) -> None:
+    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: slice | Rows) -> None:
         """Rotation, stored torques and moments; of rows that only act, none."""
         slots, bodies, moving = self.program.loop.slots, self.world.bodies, self.program.moving
         excess, spread, inverse = moments(bodies.arrays["inertia"][:, rows])
         values = {
-            "orientation": found["orientation"][:, self.order],
-            "angular_velocity": found["angular_velocity"][:, self.order],
+            "orientation": found["orientation"][:, self._spots],
+            "angular_velocity": found["angular_velocity"][:, self._spots],
             "torque": np.zeros((3, moving)),
             "stored_torque": bodies.arrays["torque"][:, rows],
             "excess": excess,
@@ -197,7 +205,7 @@ class BatchProgram:
             numbers[at : at + len(value)] = 0.0
             numbers[at : at + len(value), :moving] = value
 
-    def _put_column(self, numbers: Array, name: str, rows: Rows) -> None:
+    def _put_column(self, numbers: Array, name: str, rows: slice | Rows) -> None:
         at, bodies = self.program.loop.slots.first[name], self.world.bodies
         if name in bodies.arrays:
             values = bodies.arrays[name][:, rows]
@@ -205,10 +213,10 @@ class BatchProgram:
         elif name in bodies.columns:
             numbers[at] = bodies.columns[name][rows]
         elif name == "volume":
-            numbers[at] = self.world.evaluator.volumes(rows)
+            numbers[at] = self.world.evaluator.volumes(np.arange(bodies.count)[rows])
         else:
             ages = self.program.loop.ages
-            numbers[at : at + ages] = self._since(rows, ages)
+            numbers[at : at + ages] = self._since(np.arange(bodies.count)[rows], ages)
 
     def _since(self, rows: Rows, ages: int) -> Array:
         """When [s] each row came under the laws of its segment that read it, one after another; shape (ages, rows)."""
@@ -228,6 +236,6 @@ class BatchProgram:
         for name, width in slots.run.items():
             first = slots.first[name]
             values = np.empty((width, moving))
-            values[:, self.order] = numbers[first : first + width, :moving]
+            values[:, self._spots] = numbers[first : first + width, :moving]
             found[name] = values
         return found

@@ -39,7 +39,9 @@ from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
 
-STRIDE = 20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
+STRIDE = (
+    20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
+)
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end

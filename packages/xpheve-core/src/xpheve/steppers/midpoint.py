@@ -134,10 +134,9 @@ class Midpoint(FlightStepper):
     ) -> dict[str, Array]:
         """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
         numbers = sources.pack(state, found)
-        kept = numbers.copy()
         sources.run(numbers, grid, steps)
         if sources.program.strays(numbers, grid.dt).any():
-            self._fail(state, bodies, grid, steps, found, kept, sources)
+            self._fail(state, bodies, grid, steps, found, sources)
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
@@ -147,13 +146,12 @@ class Midpoint(FlightStepper):
         grid: Grid,
         steps: int,
         found: dict[str, Array],
-        kept: Array,
         sources: Sources,
     ) -> None:
         """Go to the last step that is finite, and raise what makes the next one fail."""
         strays = sources.program.strays
         good, bad = 0, steps
-        best = kept
+        kept = best = sources.pack(state, found)
         while bad - good > 1:
             middle = (good + bad) // 2
             numbers = kept.copy()
@@ -173,7 +171,8 @@ class Midpoint(FlightStepper):
         sources.run(numbers, grid, bad)
         row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
         raise LawFailedError(
-            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; "
+            "the engine stands just before"
         )
 
     def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
@@ -187,7 +186,7 @@ class Midpoint(FlightStepper):
 
         Of rows whose rotation stays in closed form, it is left as it was at its base.
         """
-        rows = state.rows[which]
+        rows = _rows_of(state, which)
         held = {name: array[:, which] for name, array in state.arrays.items()}
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
         s = spans_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
@@ -202,7 +201,7 @@ class Midpoint(FlightStepper):
         for name in ("orientation", "angular_velocity"):
             found[name] = bodies.arrays[name][:, rows].copy()
         before = held["stepped"]
-        found["stepped"] = np.maximum(sources.stepped(rows), np.minimum(before, 1.0))
+        found["stepped"] = np.maximum(sources.stepped(state.rows[which]), np.minimum(before, 1.0))
         if not found["stepped"].any():
             return found
         stepped = np.flatnonzero(before[0])
@@ -254,12 +253,13 @@ class Midpoint(FlightStepper):
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
     ) -> None:
-        rows = state.rows[which]
+        rows = _rows_of(state, which)
         for name in ("position", "velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
         stepped = np.flatnonzero(trial["stepped"][0])
         if len(stepped):
+            rows = state.rows[which]
             for name in ("orientation", "angular_velocity"):
                 bodies.arrays[name][:, rows[stepped]] = trial[name][:, stepped]
             bodies.turn_clock[:, rows[stepped]] = bodies.clock[:, rows[stepped]]
@@ -421,6 +421,11 @@ class _Step:
             gap = np.abs(coarse[name] - fine[name]) / 3.0 / scale
             worst = max(worst, float(gap.max(initial=0.0)))
         return worst if np.isfinite(worst) else np.inf
+
+
+def _rows_of(state: State, which: slice | Rows) -> Any:
+    """The rows at ``which`` of a batch; of the whole batch a slice where they lie side by side, which is much faster."""
+    return state.where if isinstance(which, slice) and which == slice(None) else state.rows[which]
 
 
 def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
