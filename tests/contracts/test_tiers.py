@@ -406,14 +406,8 @@ def test_another_process_has_the_same_bits_whatever_its_cache_and_hashes(cold: b
     given = dict(os.environ, PYTHONHASHSEED="77" if cold else "3")
     if cold:
         given["XPHEVE_CACHE_DIR"] = str(tmp_path)
-    answer = subprocess.run(
-        [sys.executable, "-c", TEXT, __file__, *(scene.__name__ for scene in scenes)],
-        env=given,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
+    command = [sys.executable, "-c", TEXT, __file__, *(scene.__name__ for scene in scenes)]
+    answer = subprocess.run(command, env=given, capture_output=True, text=True, check=True, timeout=300)
     expected = []
     for scene in scenes:
         shown = repr(sorted(state(ran(scene, COMPILED)).items())).encode()
@@ -447,3 +441,27 @@ def test_each_law_counts_its_own_time_since_an_object_came_under_it(tier: str, m
         engine.map(obj, laws[k])
     engine.run(until=1.0, dt=0.01)
     assert obj.velocity == pytest.approx((0.2, 0.2, 0.2), abs=1e-14)
+
+
+class Stiff(xp.PairLaw):
+    """A spring whose columns are called as components of a place might be."""
+
+    id = "tiers:stiff"
+    columns: ClassVar[dict[str, Any]] = {
+        name: xp.Column(2.0, unit="m", doc="Any.") for name in ("position1", "velocity_0")
+    }
+    stiffness = xp.Param(1.0, unit="N/m^2")
+
+    def force(self, a: Any, b: Any) -> Any:
+        """Force [N] on ``a``."""
+        return -self.stiffness * (a.position1 + b.velocity_0) * (a.position - b.position)
+
+
+@pytest.mark.parametrize("tier", ALL_TIERS)
+def test_columns_are_not_mistaken_for_components(tier: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = in_tier(xp.PhysicsEngine(), tier, monkeypatch)
+    law = engine.add_law(Stiff)
+    for k in (-1, 1):
+        engine.add_object(xp.PhysicalObject(mass=1.0, position=(k, 7.0 * k, 0.0)), [law])
+    engine.run(until=1e-3, dt=1e-3)
+    assert engine.objects[1].velocity == pytest.approx((-8e-3, -56e-3, 0.0), rel=1e-5)
