@@ -51,13 +51,10 @@ class Burst(xp.FieldLaw):
         """Push [N]."""
         return self.strength * body.position
 
-<<<<<<< HEAD
     def potential(self, body: Any) -> Any:
         """Energy [J]: so that no work is booked, which would leave the range of floats long before the burst does."""
         return -0.5 * self.strength * body.position.dot(body.position)
 
-=======
->>>>>>> looptests
 
 def scene(law: type[xp.FieldLaw], compile: str, count: int, **options: Any) -> tuple[xp.PhysicsEngine, Any]:
     engine = xp.PhysicsEngine(compile=compile, **options)

@@ -56,14 +56,6 @@ class BatchProgram:
         firsts = {one: k for k, one in enumerate(sorted(set(sets), key=lambda s: tuple(laws.index(law) for law in s)))}
         keys = np.array([firsts[one] for one in sets], dtype=np.int64)
         self.order: Places = np.lexsort((ranks, keys))
-        self._spots: Any = self.order
-        """`order`, or the slice that says the same: much faster."""
-        self._places: Any = rows[self.order]
-        """The rows of the engine in the order of the program, or the slice that says the same."""
-        if (self.order == np.arange(len(rows))).all():
-            self._spots = slice(None)
-            if len(rows) and int(rows[-1]) - int(rows[0]) == len(rows) - 1 and (np.diff(rows) == 1).all():
-                self._places = slice(int(rows[0]), int(rows[0]) + len(rows))
         segments = self._segments(keys[self.order], list(firsts))
         self.sources: Rows = np.zeros(0, dtype=np.int64)
         couples = self._couples(pairs)
@@ -178,7 +170,6 @@ class BatchProgram:
         slots, bodies = program.loop.slots, self.world.bodies
         numbers = np.empty((slots.width, program.rows))
         moving = program.moving
-<<<<<<< HEAD
         rows = self._placed
         for name in ("acceleration", "working"):
             numbers[slots.first[name] : slots.first[name] + 3] = 0.0
@@ -186,13 +177,6 @@ class BatchProgram:
             first, given = slots.first[name], found[name]
             numbers[first : first + len(given), :moving] = given[:, self._take]
             numbers[first : first + len(given), moving:] = 0.0
-=======
-        rows = self._places
-        numbers[: slots.changing] = 0.0
-        for name in ("position", "velocity", "position_rest", "velocity_rest", "work", "work_rest"):
-            first, given = slots.first[name], found[name]
-            numbers[first : first + len(given), :moving] = given[:, self._spots]
->>>>>>> looptests
         if "spread" in slots.first:
             self._put_rotation(numbers, found, rows)
         mass = bodies.arrays["mass"][0, rows]
@@ -204,11 +188,7 @@ class BatchProgram:
             numbers[at : at + 3, :moving] = bodies.arrays["working"][:, rows]
         everyone: Rows | slice = rows
         if len(self.sources):
-<<<<<<< HEAD
             everyone = self._everyone
-=======
-            everyone = np.concatenate([self.rows[self.order], self.sources])
->>>>>>> looptests
             numbers[slots.first["position"] : slots.first["position"] + 3, moving:] = bodies.arrays["position"][
                 :, self.sources
             ]
@@ -220,17 +200,13 @@ class BatchProgram:
             self._put_column(numbers, name, everyone)
         return numbers
 
-<<<<<<< HEAD
     def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: Rows | slice) -> None:
-=======
-    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: slice | Rows) -> None:
->>>>>>> looptests
         """Rotation, stored torques and moments; of rows that only act, none."""
         slots, bodies, moving = self.program.loop.slots, self.world.bodies, self.program.moving
         excess, spread, inverse = moments(bodies.arrays["inertia"][:, rows])
         values = {
-            "orientation": found["orientation"][:, self._spots],
-            "angular_velocity": found["angular_velocity"][:, self._spots],
+            "orientation": found["orientation"][:, self._take],
+            "angular_velocity": found["angular_velocity"][:, self._take],
             "torque": np.zeros((3, moving)),
             "stored_torque": bodies.arrays["torque"][:, rows],
             "excess": excess,
@@ -242,11 +218,7 @@ class BatchProgram:
             numbers[at : at + len(value)] = 0.0
             numbers[at : at + len(value), :moving] = value
 
-<<<<<<< HEAD
     def _put_column(self, numbers: Array, name: str, rows: Rows | slice) -> None:
-=======
-    def _put_column(self, numbers: Array, name: str, rows: slice | Rows) -> None:
->>>>>>> looptests
         at, bodies = self.program.loop.slots.first[name], self.world.bodies
         if name in bodies.arrays:
             values = bodies.arrays[name][:, rows]
@@ -254,16 +226,10 @@ class BatchProgram:
         elif name in bodies.columns:
             numbers[at] = bodies.columns[name][rows]
         elif name == "volume":
-<<<<<<< HEAD
             numbers[at] = self.world.evaluator.volumes(self._everyone)
         else:
-            numbers[at] = self._since(self._everyone)
-=======
-            numbers[at] = self.world.evaluator.volumes(np.arange(bodies.count)[rows])
-        else:
             ages = self.program.loop.ages
-            numbers[at : at + ages] = self._since(np.arange(bodies.count)[rows], ages)
->>>>>>> looptests
+            numbers[at : at + ages] = self._since(self._everyone, ages)
 
     def _since(self, rows: Rows, ages: int) -> Array:
         """When [s] each row came under the laws of its segment that read it, one after another; shape (ages, rows)."""
@@ -282,16 +248,10 @@ class BatchProgram:
         found = {}
         for name, width in slots.run.items():
             first = slots.first[name]
-<<<<<<< HEAD
             values = numbers[first : first + width, :moving]
             if isinstance(self._take, slice):
                 found[name] = values
                 continue
             found[name] = np.empty((width, moving))
             found[name][:, self.order] = values
-=======
-            values = np.empty((width, moving))
-            values[:, self._spots] = numbers[first : first + width, :moving]
-            found[name] = values
->>>>>>> looptests
         return found

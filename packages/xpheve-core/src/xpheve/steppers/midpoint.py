@@ -135,11 +135,7 @@ class Midpoint(FlightStepper):
         numbers = sources.pack(state, found)
         sources.run(numbers, grid, steps)
         if sources.program.strays(numbers, grid.dt).any():
-<<<<<<< HEAD
-            self._fail(state, bodies, grid, steps, found, sources.pack(state, found), sources)
-=======
             self._fail(state, bodies, grid, steps, found, sources)
->>>>>>> looptests
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
@@ -189,11 +185,7 @@ class Midpoint(FlightStepper):
 
         Of rows whose rotation stays in closed form, it is left as it was at its base.
         """
-<<<<<<< HEAD
         rows = _where(state, which)
-=======
-        rows = _rows_of(state, which)
->>>>>>> looptests
         held = {name: array[:, which] for name, array in state.arrays.items()}
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
         s = _span_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
@@ -271,11 +263,7 @@ class Midpoint(FlightStepper):
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
     ) -> None:
-<<<<<<< HEAD
         rows = _where(state, which)
-=======
-        rows = _rows_of(state, which)
->>>>>>> looptests
         for name in ("position", "velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
@@ -449,7 +437,6 @@ class _Step:
         return worst if np.isfinite(worst) else np.inf
 
 
-<<<<<<< HEAD
 def _where(state: State, which: slice | Rows) -> slice | Rows:
     """The rows of the places ``which``; as a slice if they are all, and lie side by side."""
     return state.where if isinstance(which, slice) else state.rows[which]
@@ -460,11 +447,6 @@ def _span_since(t: Instant, base: Array, offset: Array) -> Any:
     if len(base) and bool((base == base[0]).all()) and bool((offset == offset[0]).all()):
         return elapsed(t, (float(base[0]), float(offset[0])))
     return spans_since(t, base, offset)
-=======
-def _rows_of(state: State, which: slice | Rows) -> Any:
-    """The rows at ``which`` of a batch; of the whole batch a slice where they lie side by side, which is much faster."""
-    return state.where if isinstance(which, slice) and which == slice(None) else state.rows[which]
->>>>>>> looptests
 
 
 def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
