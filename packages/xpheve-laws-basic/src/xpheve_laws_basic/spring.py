@@ -47,7 +47,7 @@ class Spring(PairLaw):
         """Force [N] on ``a`` of each pair."""
         d = a.position - b.position
         length = d.norm()
-        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, self.shortest))
+        return -self.stiffness * ((length - self.rest_length) / np.maximum(length, self.shortest)) * d
 
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, 0 at rest length."""

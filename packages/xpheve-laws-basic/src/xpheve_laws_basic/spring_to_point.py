@@ -47,7 +47,7 @@ class SpringToPoint(FieldLaw):
         """Force on each body [N]."""
         d = body.position - self.anchor
         length = d.norm()
-        return -self.stiffness * (length - self.rest_length) * (d / np.maximum(length, self.shortest))
+        return -self.stiffness * ((length - self.rest_length) / np.maximum(length, self.shortest)) * d
 
     def potential(self, body: BodyView) -> Any:
         """Potential energy [J], 0 at rest length."""

@@ -93,6 +93,8 @@ class Slots:
         self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
             self._add(name, WIDTHS.get(name, 1))
+        self.width += 1 - self.width % 2
+        # An odd number of slots: so the tiles' equal slots are spread over all sets of a cache, where an even one would put them into few.
 
     def _add(self, name: str, width: int) -> None:
         if name in self.first:
