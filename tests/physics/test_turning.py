@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -112,7 +113,7 @@ def after(name: str, count: int, until: float, dt: float, wish: str = "never") -
 @every_scene
 def test_half_the_step_is_a_quarter_of_the_error(name: str) -> None:
     found = [after(name, 1, 1.0, 1.0 / n)[0] for n in (64, 128, 256, 512)]
-    first, second, third = (np.abs(a - b) for a, b in zip(found[:-1], found[1:], strict=True))
+    first, second, third = (np.abs(a - b) for a, b in itertools.pairwise(found))
     for part in (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)):
         if first[:, part].max() > 1e-12:
             assert first[:, part].max() / second[:, part].max() == pytest.approx(4.0, rel=0.1)

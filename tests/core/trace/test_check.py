@@ -48,12 +48,12 @@ def test_the_quick_check_is_quick() -> None:
     spent = []
     for law in laws:
         best = math.inf
-        for _ in range(3):
-            began = time.perf_counter()
+        for _ in range(5):
+            began = time.process_time()
             quick_check(law)
-            best = min(best, time.perf_counter() - began)
+            best = min(best, time.process_time() - began)
         spent.append(best)
-    assert max(spent) < 0.02, "5 ms on a quiet machine; busy ones get four times that"
+    assert max(spent) < 0.015, "under 5 ms of processor time on a machine that is not throttled"
 
 
 def test_a_check_changes_nothing_of_the_law() -> None:

@@ -249,3 +249,26 @@ def test_of_what_a_law_has_not_there_is_no_derivative() -> None:
         jacobian(trace, "velocity", of="torque")
     with pytest.raises(InvalidValueError, match="mine:drag has no potential"):
         gradient(trace, "position")
+
+
+def test_both_sides_of_a_pair_share_what_differs_in_sign_only() -> None:
+    import xpheve_laws_basic as basic
+    from xpheve.trace.recorder import trace_law
+
+    trace = trace_law(basic.UniversalGravity())
+    assert trace is not None
+    rows = [jacobian(trace, "position", side) for side in ("a", "b")]
+    flat = [[one for row in side for one in row] for side in rows]
+    costly = [
+        sum(node.op in ("/", "sqrt") for node in walk([*trace.motion, *one])) for one in (flat[0], flat[0] + flat[1])
+    ]
+    assert costly[0] == costly[1] <= 5, "the other side divides nothing anew"
+    inputs = {
+        Input(side, name, k): np.array([0.3 + k * 0.7 - (side == "b")])
+        for side in "ab"
+        for name in ("position", "mass")
+        for k in range(3)
+    }
+    run = array_function(flat[0] + flat[1])
+    found = np.array(run(inputs, {one: 2.0 for one in run.parameters})).reshape(2, 9)
+    np.testing.assert_array_equal(found[0], -found[1])

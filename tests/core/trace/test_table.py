@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -205,3 +206,32 @@ def test_what_is_no_table_is_refused_by_name(x: object, y: object, settings: dic
 def test_a_unit_that_is_none_is_refused() -> None:
     with pytest.raises(UnitError, match="kgg"):
         Table((0.0, 1.0), (1.0, 2.0), unit="kgg")
+
+
+@given(points)
+def test_cubic_tables_are_those_of_scipy(found: list[tuple[float, float]]) -> None:
+    """`PchipInterpolator` has the same slopes, by the same sources."""
+    from scipy.interpolate import PchipInterpolator
+
+    table = made(found, "cubic")
+    theirs = PchipInterpolator(table.x, table.y)
+    x = np.linspace(table.x[0], table.x[-1], 101)
+    steepest = float(np.abs(np.diff(table.y) / np.diff(table.x)).max())
+    np.testing.assert_allclose(table(x), theirs(x), atol=1e-12 * max(1.0, *map(abs, table.y)) + 1e-300)
+    np.testing.assert_allclose(table.slope(x), theirs(x, 1), atol=1e-7 * steepest + 1e-300)
+
+
+def test_a_law_with_a_table_runs_in_an_engine() -> None:
+    class Ramp(xp.FieldLaw):
+        """A push along x that grows for a second, and falls for two."""
+
+        id = "mine:ramp"
+        strength = xp.Table((0.0, 1.0, 3.0), (0.0, 4.0, 0.0), unit_x="s", unit="N", outside="hold")
+
+        def force(self, body: Any) -> Any:
+            return self.strength(body.time) * np.array((1.0, 0.0, 0.0))
+
+    engine = xp.PhysicsEngine()
+    pushed = engine.add_object(xp.PhysicalObject(mass=2.0), laws=[engine.add_law(Ramp)])
+    engine.run(until=4.0, dt=0.125)
+    assert pushed.velocity[0] == pytest.approx((2.0 + 4.0) / 2.0, rel=1e-14)  # the midpoint is exact on straight lines

@@ -59,6 +59,22 @@ class Remembers(Field):
         return -self.drag * (first if isinstance(first, np.ndarray) else body.velocity)
 
 
+class Tires(Field):
+    """Grows weaker with every call on arrays."""
+
+    id = "zoo:tires"
+
+    def force(self, body: Any) -> Any:
+        weaker = 1.0
+        if isinstance(body.position, np.ndarray):
+            CALLS.append(weaker)
+            weaker = 1.0 / len(CALLS)
+        return -self.stiffness * weaker * body.position
+
+
+CALLS: list[float] = []
+
+
 class WrongSign(Field):
     """U = -k x^2/2."""
 
@@ -131,6 +147,17 @@ class Lame(Field):
 
     def force(self, body: Any) -> Any:
         return self.drag * body.velocity.cross((0.0, 0.0, 1.0))
+
+    def potential(self, body: Any) -> Any:
+        return 0.5 * self.stiffness * body.position.dot(body.position)
+
+
+class NoForce(xp.FieldLaw):
+    """A potential, and nothing that acts."""
+
+    id = "zoo:no_force"
+
+    stiffness = xp.Param(3.0, unit="N/m", doc="k.")
 
     def potential(self, body: Any) -> Any:
         return 0.5 * self.stiffness * body.position.dot(body.position)
@@ -236,11 +263,13 @@ def says(law: type[xp.FieldLaw] | type[xp.PairLaw]) -> str:
                 "keeps something of an earlier call",
             ),
         ),
+        (Tires, ("zoo:tires.force gives (", "when the same objects come in another order and number")),
         (Counts, ("zoo:counts.force", "body.count")),
     ],
 )
 def test_a_law_that_does_what_no_expression_says_is_caught(law: type[xp.FieldLaw], parts: tuple[str, ...]) -> None:
     SEEN.clear()
+    CALLS.clear()
     said = says(law)
     assert all(part in said for part in parts), said
 
@@ -264,6 +293,7 @@ def test_a_law_that_does_what_no_expression_says_is_caught(law: type[xp.FieldLaw
         (KineticPotential, ("zoo:kinetic_potential.potential reads velocity, but a potential is an energy of places",)),
         (DragInIt, ("zoo:drag_in_it.potential does not match force", "velocity (")),
         (Lame, ("The force does no work at all: it lacks what the potential says",)),
+        (NoForce, ("zoo:no_force.potential does not match force: at position (", "The force does no work at all")),
         (Plane, ("zoo:plane.potential does not match force", "terms left out")),
         (
             Compass,

@@ -51,10 +51,29 @@ def add_pairs(target: Array, left: Places, right: Places, force: Any) -> None:
     np.add.at(target, both, signed)
 
 
+def by_rows(function: Callable[..., Any], *given: Any) -> Any:
+    """What ``function`` of floats and tuples of floats gives for each row of arrays and tuples of arrays, as arrays; slow."""
+    parts = [part for one in given for part in (one if isinstance(one, tuple) else (one,))]
+    count = max((len(part) for part in parts if isinstance(part, np.ndarray)), default=-1)
+    if count < 0:
+        return function(*given)
+
+    def listed(part: Any) -> Any:
+        return part.tolist() if isinstance(part, np.ndarray) else [float(part)] * count
+
+    columns = [list(zip(*map(listed, one), strict=True)) if isinstance(one, tuple) else listed(one) for one in given]
+    return np.array([function(*row) for row in zip(*columns, strict=True)], dtype=float).T
+
+
 @lru_cache(maxsize=64)
-def array_entry(text: str) -> Callable[[Sequence[Array], Sequence[Places]], int]:
-    """The entry of the array ``text``. NumPy's warnings of what is not finite are off: what comes of it is checked by the caller."""
+def array_entry(text: str, functions: str = "") -> Callable[[Sequence[Array], Sequence[Places]], int]:
+    """The entry of the array ``text``, which may call ``functions``, a text of kernels written by hand.
+
+    NumPy's warnings of what is not finite are off: what comes of it is checked by the caller.
+    """
     names: dict[str, Any] = {"np": np, "math": math, "chunks": chunks, "all_pairs": all_pairs, "add_pairs": add_pairs}
+    exec(compile(functions, "<kernels by hand>", "exec"), names)
+    names["by_rows"] = by_rows
     names.update({f"ieee__{name}": value for name, value in vars(ieee).items() if callable(value)})
     names.update({f"clock__{name}": value for name, value in vars(clock).items() if callable(value)})
     names.update({f"spin__{name}": value for name, value in FUNCTIONS.items()})

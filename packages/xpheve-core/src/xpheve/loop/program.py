@@ -15,6 +15,7 @@ from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
 from xpheve.loop.terms import LANES, Term
 from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
+from xpheve.trace.graph import walk
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -102,6 +103,12 @@ class Program:
         """The law classes that act, each once."""
         return list(dict.fromkeys([*(t for s in self.segments for t in s.terms), *(c.term for c in self.couples)]))
 
+    @property
+    def files(self) -> dict[str, str]:
+        """Kernel files written by hand that the text calls: name and path."""
+        found = [n.value[0] for term in self.terms for n in walk(term.trace.motion) if n.op == "kernel"]
+        return {name: path for name, path, _ in found}
+
     def _lay_tiles(self) -> None:
         """Where each row lies: a segment begins with a tile of its own."""
         parts = [(one.first, one.last) for one in self.segments]
@@ -160,11 +167,15 @@ class Program:
         return self._entries.get(tier)
 
     def _make(self, tier: str) -> Callable[..., int]:
-        if tier == NUMPY:
+        files = self.files
+        if tier == NUMPY and not files:
             return array_entry(self.text(arrays=True))
         from xpheve.compile import assemble, compiled, interpreted
 
-        text = assemble(self.text(arrays=False))
+        if tier == NUMPY:
+            wanted = ", ".join(f"{name}__force" for name in files)
+            return array_entry(self.text(arrays=True), assemble(f"def entry(f, n):\n    return ({wanted},)\n", files))
+        text = assemble(self.text(arrays=False), files)
         if tier == INTERPRETED:
             return interpreted(text)
         return compiled(text, what=" + ".join(dict.fromkeys(term.trace.label for term in self.terms)))

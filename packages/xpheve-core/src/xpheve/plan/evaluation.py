@@ -17,10 +17,10 @@ from xpheve.kernels.clock import Instant
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
+from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
-from xpheve.trace.recorder import trace_law
 
 Fetch = Callable[[str], Array]
 LISTABLE = 20_000_000
@@ -87,7 +87,7 @@ class Evaluator:
         view = self.view(law, rows, time, state, reads)
         results: list[Array | None] = []
         for method in ("force", "torque"):
-            if law.defines(method):
+            if law.defines(method) or (method == "force" and is_by_hand(law)):
                 results.append(self._checked(law, method, (view,), rows, time))
             else:
                 results.append(None)
@@ -141,9 +141,10 @@ class Evaluator:
         return f" {law.singular}" if law.singular else ""
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
+        called = force_by_rows(law) if method == "force" and is_by_hand(law) else getattr(law, method)
         with np.errstate(all="ignore"):
             try:
-                return getattr(law, method)(*views)
+                return called(*views)
             except LawFailedError:
                 raise
             except Exception as error:
@@ -263,7 +264,7 @@ class BatchSources:
         return any(self._reads_rotation(law) for law in self.laws if isinstance(law, PairLaw))
 
     def _reads_rotation(self, law: ContinuousLaw) -> bool:
-        trace = trace_law(law)
+        trace = formula_of(law)
         return trace is None or bool(trace.reads & {"orientation", "angular_velocity"})
 
     def stepped(self, rows: Rows) -> Array:
@@ -327,8 +328,23 @@ class BatchSources:
             elif alone:
                 self.why_alone = f"evaluated law by law: {', '.join(alone)}"
             else:
+                self._try_kernels()
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
+
+    def _try_kernels(self) -> None:
+        """Call kernels of pair laws written by hand once, for their errors: those of field laws were called when they were planned."""
+        world = self.world
+
+        def now(name: str) -> Array:
+            found: Array = world.read_all(name, world.time)
+            return found
+
+        for law, pairs in self.pairs:
+            if is_by_hand(law) and law.enabled and pairs.count:
+                a, b = next(iter(pairs.chunks(now("position"))), (self.rows[:0], self.rows[:0]))
+                if len(a):
+                    world.evaluator.pair(law, a[:1], b[:1], world.time[0], now, set())
 
     def renew(self) -> None:
         """A parameter has another value, or a law was switched."""
@@ -349,10 +365,25 @@ class BatchSources:
         """Run the program, and count its evaluations."""
         program = self.held.program
         tier = self.world.tier_of(self)
-        program.run(tier, numbers, steps, grid.dt, grid.origin, grid.number, self.world.up_vector)
+        try:
+            program.run(tier, numbers, steps, grid.dt, grid.origin, grid.number, self.world.up_vector)
+        except ArithmeticError as error:
+            raise self._kernel_failed(error) from error
+        except ValueError as error:
+            if not program.files:
+                raise
+            raise self._kernel_failed(error) from error
         for law, term in self.held.terms.items():
             if law.enabled:
                 law.evaluations += steps * (2 if term.of_velocity else 1)
+
+    def _kernel_failed(self, error: Exception) -> LawFailedError:
+        """What to raise when a kernel written by hand raised ``error``: interpreted, Python raises where the machine goes on."""
+        laws = [law for law in self.laws if is_by_hand(law)] or list(self.laws)
+        names = " + ".join(law.label() for law in laws)
+        return LawFailedError(
+            f"{names}: force raised {type(error).__name__}: {error}; the engine stands before this step", laws[0]
+        )
 
     def unpack(self, numbers: Array) -> dict[str, Array]:
         """What a run changed."""

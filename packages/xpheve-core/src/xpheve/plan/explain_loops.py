@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw
+from xpheve.plan.hand_kernels import is_by_hand
 
 if TYPE_CHECKING:
     from xpheve.plan.evaluation import BatchSources
@@ -147,6 +148,8 @@ def _why_untraced(law: ContinuousLaw) -> str:
     from xpheve.trace.recorder import trace_law, why_untraced
 
     why = why_untraced(law)
+    if is_by_hand(law):
+        return f"{why}; the NumPy tier calls it row by row in Python, which is slow"
     if not why:
         try:
             trace_law(law)

@@ -15,16 +15,16 @@ from xpheve.loop.array_spin import moments
 from xpheve.loop.program import ALL, LISTED, NEAR, Couples, Program, Segment
 from xpheve.loop.terms import Term
 from xpheve.loop.text import ALL_TURN, FREE, TURN
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
-from xpheve.trace.recorder import trace_law
 
 Places = NDArray[np.int64]
 
 
 def term_of(world: Any, law: ContinuousLaw) -> Term | None:
     """``law`` as a term of a loop; None if it cannot be one."""
-    trace = trace_law(law)
+    trace = formula_of(law)
     if trace is None:
         return None
     near = isinstance(law, PairLaw) and math.isfinite(law.reach())

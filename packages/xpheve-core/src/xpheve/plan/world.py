@@ -24,6 +24,7 @@ from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.ranks import Ranks
@@ -189,23 +190,17 @@ class World:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
         if self.switches.get(law, 0) < 2 or not isinstance(law, ContinuousLaw):
             return False
-        from xpheve.trace.recorder import trace_law
-
-        trace = trace_law(law)
+        trace = formula_of(law)
         return trace is not None and not is_constant(set(trace.reads))
 
     def reads_of(self, law: ContinuousLaw) -> frozenset[str]:
         """What a traced law reads; nothing is known of others."""
-        from xpheve.trace.recorder import trace_law
-
-        trace = trace_law(law)
+        trace = formula_of(law)
         return frozenset() if trace is None else trace.reads
 
     def same_structure(self, law: ContinuousLaw) -> bool:
         """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
-        from xpheve.trace.recorder import trace_law
-
-        trace = trace_law(law)
+        trace = formula_of(law)
         return all(
             batch.sources is None or batch.sources.is_made_from(law, trace)
             for batch in self.batches

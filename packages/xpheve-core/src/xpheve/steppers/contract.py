@@ -102,8 +102,9 @@ class Sources(Protocol):
         ...
 
     def stepped(self, rows: Rows) -> Array:
-        """How ``rows`` turn, (1, rows): 2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and
-        stays in closed form.
+        """How ``rows`` turn, (1, rows).
+
+        2 if a torque may act; 1 if none does, but a law needs the rotation in every step; 0 if it is free, and stays in closed form.
         """
         ...
 

@@ -42,7 +42,8 @@ class Midpoint(FlightStepper):
 
     Drift-kick-drift (Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4 and II.5): symplectic for forces of position alone;
     for forces of velocity the kick is by the midpoint rule; stored forces act exactly; torques kick between two halves of free rotation
-    (`xpheve.kernels.spin`). Rotation that no torque changes and no law needs along the way stays in closed form. Second order. With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
+    (`xpheve.kernels.spin`). Rotation that no torque changes and no law needs along the way stays in closed form. Second order.
+    With ``dt`` a step is a host step; else two half steps are held against one whole, and the step follows the tolerances.
     Places, velocities and work are compensated sums (`xpheve.loop.fields`).
     """
 
@@ -265,7 +266,6 @@ class Midpoint(FlightStepper):
             state.arrays[name][:, which] = trial[name]
         state.arrays["torque"][:, which] = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)
         state.facts = None
-        state.turns.clear()
         bodies.change += 1
 
     def changed(

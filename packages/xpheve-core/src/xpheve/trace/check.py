@@ -29,6 +29,7 @@ from xpheve.trace.shadow import as_arrays
 TOLERANCE = 1e-12  # of the size of the terms: rounding, of formulas written in another order
 OWN_ERROR = 1e-13  # by which all that is read is moved, to see what rounding may do to a result
 POWER_TOLERANCE = 1e-9  # of the size of the terms: exact formulas, of which both are rounded
+SMALLEST = 1e-322  # what a number near the least float is off by
 EXACT = frozenset(
     (
         "const",
@@ -350,7 +351,7 @@ def texts(trial: Trial) -> Iterator[Finding]:
         )
         whole = trial.evaluate(nodes).T
         exact = all(node.op in EXACT for node in walk(nodes))
-        room = np.zeros_like(whole) if exact else trial.room(nodes).T + 1e-15 * np.abs(whole)
+        room = np.zeros_like(whole) if exact else trial.room(nodes).T + 1e-13 * np.abs(whole)
         bad = _rows_that_differ(alone, whole, room)
         if len(bad):
             row = int(bad[0])
@@ -468,11 +469,20 @@ def _derivative_findings(
     states = trial.states
     run = trial.functions.of(nodes)
     inputs = states.inputs(run.inputs)
-    flat = trial.evaluate([one for row in rows for one in row])
-    exact = flat.reshape(len(rows), -1, states.count)  # (outputs, components, count)
+    slopes = trial.functions.of([one for row in rows for one in row])
+
+    def slopes_at(moved: dict[Input, Array]) -> Array:
+        """All slopes, shape (outputs, components, count)."""
+        there = {**states.inputs(slopes.inputs), **moved}
+        found: Array = np.empty((len(slopes.outputs), states.count))
+        for place, one in enumerate(slopes(there, trial.parameters)):
+            found[place] = one
+        return found.reshape(len(rows), -1, states.count)
+
+    exact = slopes_at({})
     length = np.abs(states.array(side, name)).max(axis=1)
     h = 1e-5 * np.where(length > 0.0, length, 1e-3)
-    noise = 1e-2 * trial.room(nodes) / h
+    noise = 1e-2 * trial.room(nodes) / h + SMALLEST / h
     for k in range(exact.shape[1]):
         key = Input(side, name, k)
         if key not in inputs:
@@ -485,7 +495,10 @@ def _derivative_findings(
         with np.errstate(all="ignore"):
             wide, near = (at(h) - at(-h)) / (2 * h), (at(h / 2) - at(-h / 2)) / h
             off = np.abs((4 * near - wide) / 3 - exact[:, k])
-            room = 2 * np.abs(near - wide) + noise + 1e-7 * np.abs(exact).max(axis=(0, 1))
+            # a difference quotient is a mean of the slopes between, so that it may be off by as much as they differ
+            beside = [slopes_at({key: inputs[key] + step}) for step in (h, -h)]
+            span = np.fmax(*(np.abs(one[:, k] - exact[:, k]) for one in beside))
+            room = 2 * np.abs(near - wide) + 2 * span + noise + 1e-7 * np.abs(exact).max(axis=(0, 1))
             bad = np.argwhere(off > room)
         if len(bad):
             i, row = bad[0].tolist()

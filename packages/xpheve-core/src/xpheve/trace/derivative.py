@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from xpheve.errors import InvalidValueError
 from xpheve.trace.graph import COMPARISONS, LOGIC, Graph, Input, Node, walk
 from xpheve.trace.law_trace import LawTrace
+from xpheve.units import NONE
 
 COMPONENTS = {"position": 3, "velocity": 3, "angular_velocity": 3, "inertia": 3, "up": 3, "orientation": 4}
 """Numbers of an input; all others have one."""
@@ -137,12 +138,20 @@ class _Rules:
     def plus(self, a: Node, b: Node) -> Node:
         if is_zero(a):
             return b
-        return a if is_zero(b) else self.graph.op("+", a, b)
+        if is_zero(b):
+            return a
+        if a.op == b.op == "neg":
+            return self.negative(self.plus(a.args[0], b.args[0]))
+        return self.graph.op("+", a, b)
 
     def minus(self, a: Node, b: Node) -> Node:
         if is_zero(a):
             return self.negative(b)
-        return a if is_zero(b) else self.graph.op("-", a, b)
+        if is_zero(b):
+            return a
+        if a.op == b.op == "neg":
+            return self.negative(self.minus(a.args[0], b.args[0]))
+        return self.graph.op("-", a, b)
 
     def negative(self, a: Node) -> Node:
         return a if is_zero(a) else self.graph.op("neg", a)
@@ -153,6 +162,8 @@ class _Rules:
         for one, other in ((a, b), (b, a)):
             if one.op == "neg":  # signs outside, so that products are shared
                 return self.negative(self.times(one.args[0], other))
+            if one.op == "const" and one.value == -1.0 and one.dim == NONE:
+                return self.negative(other)
         return self.graph.op("*", a, b)
 
     def over(self, a: Node, b: Node) -> Node:

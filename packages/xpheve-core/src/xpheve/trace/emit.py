@@ -97,9 +97,24 @@ class Writer:
             return f"np.logical_not({args[0]})" if self.arrays else f"not {args[0]}"
         if op in ("and", "or"):
             return f"np.logical_{op}({args[0]}, {args[1]})" if self.arrays else f"({args[0]} {op} {args[1]})"
+        if op == "kernel":
+            return self._call_text(node, args)
+        if op == "pick":
+            return f"{args[0]}[{node.value}]"
         if op == "table":
             return self.table_text(node, args[0])
         return f"{(ARRAY if self.arrays else SCALAR)[op]}({', '.join(args)})"
+
+    def _call_text(self, node: Node, args: list[str]) -> str:
+        """The call of a kernel written by hand; for arrays it is called row by row."""
+        (name, _, _), widths = node.value
+        given, at = [], 0
+        for width in widths:
+            given.append(f"({', '.join(args[at : at + width])})" if width else args[at])
+            at += width or 1
+        if self.arrays:
+            return f"by_rows({', '.join([f'{name}__force', *given])})"
+        return f"{name}__force({', '.join(given)})"
 
     def table_text(self, node: Node, x: str) -> str:
         """The call that looks up a table: a function of `xpheve.kernels.table`, or its sibling for arrays."""

@@ -38,7 +38,7 @@ class Parameter(NamedTuple):
 
 
 class Node:
-    """One operation. ``op`` is "const", "input", "param", "table", or an operation on ``args``; ``value`` belongs to the first four.
+    """One operation. ``op`` is "const", "input", "param", "table", "kernel", "pick", or an operation on ``args``; ``value`` belongs to the first six.
 
     ``dim`` is None where any dimension fits: zero, infinity, NaN. ``truth`` tells comparisons from numbers. ``place`` is the author's line.
     """
@@ -120,6 +120,14 @@ class Graph:
     def table(self, table: Any, x: Node, dim: Dimension | None) -> Node:
         """What ``table``, an `xpheve.trace.table.Table`, gives at ``x``."""
         return self._node("table", (x,), table, dim, False, (id(table),))
+
+    def call(self, kernel: tuple[str, str, str], args: Sequence[Node], widths: Sequence[int], count: int) -> list[Node]:
+        """The ``count`` numbers that ``force`` of a kernel file written by hand gives for ``args``.
+
+        ``kernel`` is its name in texts, its path and a hash of it; ``widths`` says which args go together as tuples, 0 being a number.
+        """
+        called = self._node("kernel", tuple(args), (kernel, tuple(widths)), None, False)
+        return [self._node("pick", (called,), c, None, False) for c in range(count)]
 
     # Inside
 

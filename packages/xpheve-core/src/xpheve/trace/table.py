@@ -53,7 +53,7 @@ class TableRead:
         if isinstance(x, np.ndarray):
             found = ARRAYS[self.kind](numbers, 0, count, np.asarray(x, dtype=float))
             return found.view(type(x)) if x.ndim else found
-        return float(FLOATS[self.kind](numbers.tolist(), 0, count, float(x)))
+        return float(FLOATS[self.kind](self.base.listed, 0, count, float(x)))
 
     def _traced(self, x: Traced) -> Traced:
         """What stands for the look-up at ``x`` while a law is read; raises `DimensionError`."""
@@ -125,6 +125,7 @@ class Table(TableRead):
         self.count = len(self.x)
         self._check()
         self._numbers = _layout(self.x, self.y, kind, outside)
+        self.listed: list[float] = self._numbers.tolist()
         if not np.isfinite(self._numbers[kernel.HEAD :]).all():
             raise InvalidValueError(f"Table: {self!r} is so steep that a slope is beyond the range of a float")
 
