@@ -26,7 +26,7 @@ class ArrayPairText(PairText):
         ]
 
     def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
-        arrays = Writer(writer.leaf, arrays=True, prefix="t")
+        arrays = Writer(writer.leaf, arrays=True, prefix="t", starts=self.slots.starts)
         arrays.names.update(writer.names)
         return super()._force(arrays)
 
@@ -49,7 +49,7 @@ class ArrayPairText(PairText):
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
         inner = [*self._loads("a"), *self._loads("b")]
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
+        head = [f"def pairs_{self.number}(s, p, tables, left, right, rows, q, count, speeds, now, z):"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
         else:

@@ -77,6 +77,11 @@ def array_entry(text: str, functions: str = "") -> Callable[[Sequence[Array], Se
     names.update({f"ieee__{name}": value for name, value in vars(ieee).items() if callable(value)})
     names.update({f"clock__{name}": value for name, value in vars(clock).items() if callable(value)})
     names.update({f"spin__{name}": value for name, value in FUNCTIONS.items()})
+    if "table__" in text:
+        from xpheve.trace.table import ARRAYS, FLOATS
+
+        names.update({f"np_table__{kind}": look_up for kind, look_up in ARRAYS.items()})
+        names.update({f"table__{kind}": look_up for kind, look_up in FLOATS.items()})
     exec(compile(text, "<loop for arrays>", "exec"), names)
     entry = names["entry"]
 

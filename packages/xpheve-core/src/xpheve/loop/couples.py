@@ -55,9 +55,9 @@ class PairText:
 
         outputs = term.trace.force or ()
         own = rowwise(outputs) | depends(outputs, ("time",))
-        head = Writer(leaf, self.arrays and not self.shared, prefix="f")
+        head = Writer(leaf, self.arrays and not self.shared, prefix="f", starts=self.slots.starts)
         head.write(shared_nodes(outputs, own))
-        writer = Writer(leaf, prefix="t")
+        writer = Writer(leaf, prefix="t", starts=self.slots.starts)
         writer.names.update(head.names)
         return writer, parameters, head.lines
 
@@ -119,7 +119,7 @@ class PairText:
     def _listed(self) -> list[str]:
         writer, parameters, fixed = self._writer()
         force, names = self._force(writer)
-        head = [f"def pairs_{self.number}(s, p, w, left, right, rows, q, count, speeds, now, z):"]
+        head = [f"def pairs_{self.number}(s, p, tables, left, right, rows, q, count, speeds, now, z):"]
         inner = ["a = left[k]", "b = right[k]"]
         if self.shared:
             head += [f"    {line}" for line in parameters + fixed]
@@ -156,7 +156,7 @@ class PairText:
         spread += self._add("b", "-", [f"e{c}" for c in range(3)])
         partner = "rows[j + l - z]" if self.how == ALL else "rows[partners[j + l - z]]"
         lanes = f"for l in range(z, z + min({GATHERED}, end - j)):"
-        head = [f"def pairs_{self.number}(s, p, w, rows, first, partners, q, count, speeds, now, z):"]
+        head = [f"def pairs_{self.number}(s, p, tables, rows, first, partners, q, count, speeds, now, z):"]
         head += [f"    {line}" for line in parameters + fixed]
         if self.term.near:
             head.append(f"    reach_squared = {self._reach}")

@@ -97,14 +97,14 @@ class FieldText:
 
         outputs = self._outputs(term)
         timely, own = depends(outputs, ("time",)), rowwise(outputs)
-        fixed = Writer(leaf, prefix=f"f{k}_")
+        fixed = Writer(leaf, prefix=f"f{k}_", starts=self.slots.starts)
         fixed.write(shared_nodes(outputs, own | timely))
         self.head += fixed.lines
-        later = Writer(leaf, prefix=f"g{k}_")
+        later = Writer(leaf, prefix=f"g{k}_", starts=self.slots.starts)
         later.names.update(fixed.names)
         later.write(shared_nodes(outputs, own))
         self.tick += later.lines
-        writer = Writer(leaf, self.arrays, prefix=f"a{k}_")
+        writer = Writer(leaf, self.arrays, prefix=f"a{k}_", starts=self.slots.starts)
         writer.names.update(later.names)
         return writer
 
@@ -312,7 +312,7 @@ class FieldText:
         name = "halves" if half_only else "fields"
         body = self.row(half_only)
         head = [
-            f"def {name}_{self.number}(s, p, w, first, last, lanes_of_last, q, step, stop, steps, number):",
+            f"def {name}_{self.number}(s, p, tables, first, last, lanes_of_last, q, step, stop, steps, number):",
             "    h = p[0]",
             "    half = 0.5 * h",
         ]

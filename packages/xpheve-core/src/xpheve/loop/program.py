@@ -224,7 +224,8 @@ class Program:
             segments.append([self._kinds[k], *where, over, self._places[k][0]])
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
         counts = [len(segments), steps, number, self.rows if rows else self.tiles]
-        floats: list[Array] = [state, table, _NO_TABLES]
+        tables = self.loop.tables if len(self.loop.tables) else _NO_TABLES
+        floats: list[Array] = [state, table, tables]
         lists: list[Any] = []
         for k, (couples, at) in enumerate(zip(self.couples, self._places[len(self.segments) :], strict=True)):
             neighbours = None if rows else self.neighbours.get(k)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from xpheve.trace.graph import Input, Node, walk
 from xpheve.trace.law_trace import LawTrace
@@ -69,6 +69,8 @@ class Slots:
     def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
+        self.starts: dict[Any, int] = {}
+        """Where the numbers of each table begin in the buffer of all."""
         self.run = CHANGING | TURNING if turning else CHANGING
         """What a run changes, with the numbers it has."""
         for name, width in self.run.items():

@@ -9,8 +9,9 @@ from xpheve.loop.array_couples import ArrayPairText
 from xpheve.loop.couples import LISTED, NEAR, PairText
 from xpheve.loop.fields import AXES, ORIGIN, FieldText
 from xpheve.loop.terms import LANES, Slots, Term, columns_of
+from xpheve.trace.table import packed, tables_of
 
-CALL = "s, p, w, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
+CALL = "s, p, tables, g[5 * k + 1], g[5 * k + 2], g[5 * k + 3], g[5 * k + 4]"
 
 
 FREE, TURN, ALL_TURN = "free", "turn", "all turn"
@@ -54,6 +55,9 @@ class LoopText:
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
         self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
+        outputs = [node for term in terms for node in (term.trace.motion if turns else term.trace.force or ())]
+        self.tables, self.slots.starts = packed(tables_of(outputs))
+        """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
     def text(self, arrays: bool) -> str:
@@ -103,7 +107,7 @@ class LoopText:
         return [name for name in (kind, f"{kind}_working") if name in self.slots.first]
 
     def _entry(self, arrays: bool) -> list[str]:
-        head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    w = f[2]", "    c = n[0]", "    g = n[1]"]
+        head = ["def entry(f, n):", "    s = f[0]", "    p = f[1]", "    tables = f[2]", "    c = n[0]", "    g = n[1]"]
         head += ["    steps = c[1]", "    number = c[2]"]
         if not self.coupled:
             return [*head, *self._segments("fields", "0", "steps", "    "), "    return 0"]
@@ -144,7 +148,7 @@ class LoopText:
                 if pair.how == NEAR and not arrays and speeds != "middle_velocity":
                     lines += self._neighbours(number, pair, at, c)
                 lists = f"n[{at}], n[{at + 1}], n[{at + 2}]"
-                lines.append(f"pairs_{number}(s, p, w, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
+                lines.append(f"pairs_{number}(s, p, tables, {lists}, c[{c + 1}], c[{c}], {where}, now, z)")
         return lines
 
     def _neighbours(self, number: int, pair: PairKind, at: int, c: int) -> list[str]:
