@@ -47,7 +47,7 @@ class Tell(xp.FieldLaw):
     id = "test:tell"
     seen: dict[float, tuple[float, float]] = {}  # noqa: RUF012
 
-    def force(self, body: Any) -> Any:
+    def apply(self, body: Any) -> Any:
         rows = np.hstack([body.mass, body.volume, body.since]).tolist()
         self.seen.update({mass: (volume, since) for mass, volume, since in rows})
         return 0.0 * body.velocity
@@ -86,10 +86,12 @@ class Burst(xp.FieldLaw):
     """1 N along x from 0.3 s to 0.45 s after the start."""
 
     id = "test:burst"
+    strength = xp.Constant((1.0, 0.0, 0.0), unit="N")
+    delay, end = xp.Constant(0.3, unit="s"), xp.Constant(0.45, unit="s")
 
     def force(self, body: Any) -> Any:
-        on = (body.time >= body.since + 0.3) & (body.time < body.since + 0.45)
-        return np.where(on, 1.0, 0.0) * np.array((1.0, 0.0, 0.0))
+        on = (body.time >= body.since + self.delay) & (body.time < body.since + self.end)
+        return np.where(on, 1.0, 0.0) * self.strength
 
     def jumps(self, since: float) -> tuple[float, ...]:
         return since + 0.3, since + 0.45
@@ -129,9 +131,10 @@ class Hungry(xp.FieldLaw):
     id = "test:hungry"
     columns = {"food": xp.Column(math.nan, unit="kg", doc="What it eats; must be given.")}  # noqa: RUF012
     singular = "Never at 0"
+    appetite = xp.Constant(1.0, unit="N*m/kg")
 
     def force(self, body: Any) -> Any:
-        return body.food / body.position.norm() * np.ones(3)
+        return self.appetite * body.food / body.position.norm() * np.ones(3)
 
 
 def test_the_error_of_a_force_that_is_not_finite_says_why() -> None:

@@ -99,8 +99,10 @@ def test_a_force_stored_each_step_is_one_force() -> None:
 
 def test_a_law_written_for_batches_works_at_host_steps_too() -> None:
     class Spring(xp.FieldLaw):
+        stiffness = xp.Constant(1.0, unit="N/m")
+
         def force(self, body: Any) -> Any:
-            return -body.position
+            return -self.stiffness * body.position
 
     def error(n: int) -> float:
         engine = xp.PhysicsEngine()

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import LawDefinitionError, LawFailedError, ParameterError, StateError, XpheveWarning
+from xpheve.errors import (
+    LawDefinitionError,
+    LawFailedError,
+    ParameterError,
+    PotentialError,
+    StateError,
+    TraceError,
+    XpheveWarning,
+)
 from xpheve.record.checkpoint import unpack
 
 when = xp.when
@@ -306,14 +314,10 @@ def test_a_law_that_fails_at_a_write_from_outside_does_not_undo_the_write() -> N
 # Values that laws return
 
 
-def field(result: Callable[[Any], Any]) -> xp.FieldLaw:
-    """Return a field law that gives ``result(body)``, and reads a velocity so that it is not stored."""
-
-    class Wrong(xp.FieldLaw):
-        def force(self, body: Any) -> Any:
-            return result(body)
-
-    return Wrong()
+def field(result: Callable[[Any], Any], method: str = "apply") -> xp.FieldLaw:
+    """Return a field law whose ``method`` gives ``result(body)``, and reads a velocity so that it is not stored."""
+    kind: type[xp.FieldLaw] = type("Wrong", (xp.FieldLaw,), {method: lambda self, body: result(body)})
+    return kind()
 
 
 WRONG = {
@@ -334,7 +338,7 @@ WRONG = {
 
 @pytest.mark.parametrize("dt", [None, 0.1], ids=["tolerance", "steps"])
 @pytest.mark.parametrize("wrong", WRONG)
-def test_a_field_law_that_gives_what_cannot_be(wrong: str, dt: float | None) -> None:
+def test_a_field_law_that_is_called_and_gives_what_cannot_be(wrong: str, dt: float | None) -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(field(WRONG[wrong]))
     one = engine.add_object(xp.PhysicalObject(name="kite", velocity=(1, 0, 0)), laws=[law])
@@ -347,6 +351,108 @@ def test_a_field_law_that_gives_what_cannot_be(wrong: str, dt: float | None) -> 
         engine.run(until=1.0, dt=dt)
     assert str(again.value) == str(caught.value)
     assert steady(engine.checkpoint()) == steady(before)
+
+
+NUMBERS = {
+    "nan": lambda body: body.velocity * body.mass * math.nan,
+    "inf": lambda body: body.velocity * body.mass * math.inf,
+    "unknown": lambda body: body.colour * body.velocity,
+}
+
+
+@pytest.mark.parametrize("wrong", [one for one in WRONG if one not in NUMBERS])
+def test_a_formula_that_gives_what_cannot_be_is_refused_when_it_is_added(wrong: str) -> None:
+    engine = xp.PhysicsEngine()
+    ball = engine.add_object(xp.PhysicalObject(name="kite", velocity=(1, 0, 0)))
+    before = engine.checkpoint()
+    for add in (
+        lambda law: engine.add_law(law),
+        lambda law: engine.add_law(law, container=xp.LawContainer(when.Elapsed(0.1))),
+        lambda law: engine.add_law(type(law)),
+    ):
+        law = field(WRONG[wrong], "force")
+        with pytest.raises(TraceError, match="Wrong"):
+            add(law)
+        assert law.engine is None and engine.laws == () and engine.containers == ()
+    holder = xp.LawContainer(when.Elapsed(0.1))
+    holder.add_law(field(WRONG[wrong], "force"))
+    with pytest.raises(TraceError, match="Wrong"):
+        engine.add_container(holder)
+    assert holder.engine is None and engine.containers == () and engine.checkpoint() == before
+    engine.run(until=1.0)
+    assert ball.position == (1, 0, 0)
+
+
+@pytest.mark.parametrize("dt", [None, 0.1], ids=["tolerance", "steps"])
+@pytest.mark.parametrize("wrong", NUMBERS)
+def test_a_formula_whose_numbers_cannot_be_stops_the_run(wrong: str, dt: float | None) -> None:
+    class Wrong(xp.FieldLaw):
+        rate = xp.Constant(1.0, unit="1/s")
+
+        def force(self, body: Any) -> Any:
+            return NUMBERS[wrong](body) * self.rate
+
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Wrong())
+    one = engine.add_object(xp.PhysicalObject(name="kite", velocity=(1, 0, 0)), laws=[law])
+    for _ in range(2):
+        with pytest.raises(LawFailedError, match="Wrong") as caught:
+            engine.run(until=1.0, dt=dt)
+        assert "kite" in str(caught.value) or "reads" in str(caught.value)
+        assert one.velocity == (1, 0, 0) and engine.time == 0.0 and engine.state == "ready"
+    law.enabled = False
+    engine.run(until=1.0, dt=dt)
+    assert one.position == pytest.approx((1, 0, 0), rel=1e-14)
+
+
+class Slope(xp.FieldLaw):
+    """Its potential has the wrong sign."""
+
+    stiffness = xp.Param(2.0, unit="N/m", doc="k.")
+
+    def force(self, body: Any) -> Any:
+        return -self.stiffness * body.position
+
+    def potential(self, body: Any) -> Any:
+        return -0.5 * self.stiffness * body.position.dot(body.position)
+
+
+@pytest.mark.parametrize("dt", [None, 0.1], ids=["tolerance", "steps"])
+def test_a_potential_that_is_not_that_of_the_force_is_refused_before_the_run_starts(dt: float | None) -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Slope())
+    one = engine.add_object(xp.PhysicalObject(position=(1, 0, 0), velocity=(1, 0, 0)), laws=[law])
+    before = engine.checkpoint()
+    for _ in range(2):
+        with pytest.raises(PotentialError, match=r"Slope.potential.* Its sign is wrong"):
+            engine.run(until=1.0, dt=dt)
+        assert engine.state == "ready" and engine.time == 0.0 and engine.checkpoint() == before
+    engine.remove_law(law)
+    engine.run(until=1.0, dt=dt)
+    assert one.position == pytest.approx((2, 0, 0), rel=1e-14)
+
+
+def test_a_law_that_is_found_wrong_when_it_first_acts_is_disabled_if_that_was_asked_for() -> None:
+    engine = xp.PhysicsEngine(on_law_error="disable")
+    law = engine.add_law(Slope())
+    one = engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0)), laws=[law])
+    with pytest.warns(XpheveWarning, match=r"Its sign is wrong.*the law is disabled from here on"):
+        engine.run(until=1.0)
+    assert not law.enabled and one.position == (1, 0, 0)
+
+
+def test_a_wrong_law_mapped_in_the_midst_of_a_run_leaves_it_just_there() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Slope())
+    one = engine.add_object(xp.PhysicalObject(position=(1, 0, 0)))
+    engine.run(until=1.0)
+    engine.map(one, law)
+    with pytest.raises(PotentialError):
+        engine.run(until=2.0)
+    assert engine.time == 1.0 and one.position == (1, 0, 0)
+    engine.unmap(one, law)
+    engine.run(until=2.0)
+    assert engine.time == 2.0
 
 
 @pytest.mark.parametrize("wrong", ["nan", "raises", "shape"])
@@ -372,8 +478,10 @@ def test_a_constant_law_that_gives_what_cannot_be(wrong: str) -> None:
 
 def test_a_law_that_turns_bad_under_way_stops_the_run_at_a_finite_state() -> None:
     class Cliff(xp.FieldLaw):
+        edge, strength = xp.Constant(1.0, unit="m"), xp.Constant((1.0, 1.0, 1.0), unit="N")
+
         def force(self, body: Any) -> Any:
-            return np.where(body.position.x < 1.0, 1.0, math.nan) * np.ones(3)
+            return np.where(body.position.x < self.edge, 1.0, math.nan) * self.strength
 
     engine = xp.PhysicsEngine()
     law = engine.add_law(Cliff())

@@ -144,9 +144,10 @@ def test_a_constant_law_is_evaluated_once_however_long_the_run(engine: xp.Physic
 def test_a_law_that_is_constant_or_not_by_its_parameters(engine: xp.PhysicsEngine) -> None:
     class Either(xp.FieldLaw):
         moving = xp.Param(False, doc="Whether it looks at the velocity.")
+        rate, pull = xp.Constant(1.0, unit="1/s"), xp.Constant((0.0, 0.0, -2.0), unit="m/s^2")
 
         def force(self, body: Any) -> Any:
-            return -body.velocity * body.mass if self.moving else (0.0, 0.0, -2.0) * body.mass
+            return -self.rate * body.velocity * body.mass if self.moving else self.pull * body.mass
 
     law = engine.add_law(Either())
     body = ball(engine, law)
@@ -245,9 +246,10 @@ def test_exclusive_laws_are_refused_when_mapped_live_and_by_add(engine: xp.Physi
 def test_a_column_changed_live_stores_the_force_again() -> None:
     class Lift(xp.FieldLaw):
         columns = {"charge": xp.Column(1.0, unit="C", doc="Charge.")}  # noqa: RUF012
+        field = xp.Constant((0.0, 0.0, 1.0), unit="N/C")
 
         def force(self, body: Any) -> Any:
-            return (0.0, 0.0, 1.0) * body.charge
+            return self.field * body.charge
 
     engine = xp.PhysicsEngine(up="z")
     law = engine.add_law(Lift())

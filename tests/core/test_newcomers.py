@@ -11,18 +11,12 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import InvalidValueError, LawFailedError, UnknownLawError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, TraceError, UnknownLawError, XpheveWarning
 
 
-def pushed(force: Callable[[Any], Any], count: int) -> list[Any]:
-    """Return objects after 0.1 s under a law with this ``force``."""
-
-    class Law(xp.FieldLaw):
-        id = "mine:law"
-
-        def force(self, body: Any) -> Any:
-            return force(body)
-
+def pushed(force: Callable[[Any], Any], count: int, method: str = "force") -> list[Any]:
+    """Return objects after 0.1 s under a law whose ``method`` is ``force``."""
+    Law = type("Law", (xp.FieldLaw,), {"id": "mine:law", method: lambda self, body: force(body)})
     engine = xp.PhysicsEngine(up="z")
     law = engine.add_law(Law)
     objects = engine.add_objects(
@@ -46,40 +40,60 @@ def pushed(force: Callable[[Any], Any], count: int) -> list[Any]:
 )
 def test_what_is_no_vector_is_refused_however_many_objects_there_are(force: Any, count: int) -> None:
     with pytest.raises(LawFailedError, match=rf"(?s)returned .*shape \({count}, 3\) or \(3,\) are needed"):
+        pushed(force, count, "apply")
+    with pytest.raises(TraceError, match=r"mine:law.force returned .*shape \(n, 3\) or \(3,\) are needed"):
         pushed(force, count)
 
 
 @pytest.mark.parametrize("count", [1, 3, 5])
 def test_the_row_of_one_object_is_not_taken_for_a_component_of_all(count: int) -> None:
     with pytest.raises(LawFailedError, match=r"\[2\] of a batch .* write \.z"):
+        pushed(lambda body: -body.position[2], count, "apply")
+    with pytest.raises(TraceError, match=r"\[2\] of .* write \.z"):
         pushed(lambda body: -body.position[2], count)
 
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_rows_can_be_had_by_a_loop_and_by_asarray(count: int) -> None:
-    by_loop = pushed(lambda body: [-row for row in body.position], count)
-    by_row = pushed(lambda body: [-np.asarray(body.position)[k] for k in range(body.count)], count)
-    plain = pushed(lambda body: -body.position, count)
+    by_loop = pushed(lambda body: [-row for row in body.position], count, "apply")
+    by_row = pushed(lambda body: [-np.asarray(body.position)[k] for k in range(body.count)], count, "apply")
+    plain = pushed(lambda body: -body.position, count, "apply")
     assert [o.velocity for o in by_loop] == [o.velocity for o in by_row] == [o.velocity for o in plain]
 
 
 def test_no_force_may_be_said_by_the_number_0_and_one_vector_for_all_by_three() -> None:
     assert [one.velocity for one in pushed(lambda body: 0.0, 3)] == [(0.0, 0.0, 0.0)] * 3
-    assert [one.velocity[2] for one in pushed(lambda body: -6.0 * body.up, 3)] == pytest.approx([-0.6, -0.3, -0.2])
+    assert [one.velocity[2] for one in pushed(lambda body: -6.0 * body.up, 3, "apply")] == pytest.approx(
+        [-0.6, -0.3, -0.2]
+    )
 
 
 def test_a_potential_that_is_no_number_an_object_is_refused_with_its_shape() -> None:
     class Law(xp.FieldLaw):
         id = "mine:law"
 
+        stiffness = xp.Constant(1.0, unit="N/m")
+
         def force(self, body: Any) -> Any:
+            return -self.stiffness * body.position
+
+        def potential(self, body: Any) -> Any:
+            return 0.5 * self.stiffness * body.position**2
+
+    engine = xp.PhysicsEngine()
+    with pytest.raises(TraceError, match=r"potential returned an array of shape \(n, 3\); .* \(n, 1\) are needed"):
+        engine.add_law(Law)
+
+    class Called(xp.FieldLaw):
+        id = "mine:called"
+
+        def apply(self, body: Any) -> Any:
             return -body.position
 
         def potential(self, body: Any) -> Any:
             return 0.5 * body.position**2
 
-    engine = xp.PhysicsEngine()
-    engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[engine.add_law(Law)])
+    engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[engine.add_law(Called)])
     with pytest.raises(LawFailedError, match=r"potential returned an array of shape \(1, 3\); .* \(1, 1\) are needed"):
         engine.energy()
 

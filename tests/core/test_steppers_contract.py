@@ -22,18 +22,20 @@ class Wind(xp.FieldLaw):
     """Blow along x, looking at the time, so that it is not stored."""
 
     id = "test:wind"
+    acceleration, rate = xp.Constant((1.0, 0.0, 0.0), unit="m/s^2"), xp.Constant(0.0, unit="1/s")
 
     def force(self, body: Any) -> Any:
-        return (1.0, 0.0, 0.0) * body.mass * (1.0 + 0.0 * body.time)
+        return self.acceleration * body.mass * (1.0 + self.rate * body.time)
 
 
 class Other(xp.FieldLaw):
     """Another law along the way."""
 
     id = "test:other"
+    acceleration, rate = xp.Constant((0.0, 1.0, 0.0), unit="m/s^2"), xp.Constant(0.0, unit="1/s")
 
     def force(self, body: Any) -> Any:
-        return (0.0, 1.0, 0.0) * body.mass * (1.0 + 0.0 * body.time)
+        return self.acceleration * body.mass * (1.0 + self.rate * body.time)
 
 
 class Dummy(Stepper):

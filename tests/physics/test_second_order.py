@@ -29,9 +29,11 @@ class Magnetic(xp.FieldLaw):
 class Swing(xp.FieldLaw):
     """A force of time alone."""
 
+    acceleration, frequency = xp.Constant((1.0, 0.0, 0.0), unit="m/s^2"), xp.Constant(3.0, unit="1/s")
+
     def force(self, body: Any) -> Any:
         """F = m cos(3 t) x [N]."""
-        return body.mass * math.cos(3.0 * body.time) * np.array((1.0, 0.0, 0.0))
+        return body.mass * np.cos(self.frequency * body.time) * self.acceleration
 
 
 def dragged() -> Any:

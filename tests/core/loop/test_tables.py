@@ -29,7 +29,9 @@ class Air(xp.FieldLaw):
 class Thick(xp.FieldLaw):
     """Drag by a table of the same shape, with other numbers."""
 
-    density = Table(HEIGHTS, tuple(2.0 * one for one in DENSITIES), unit_x="m", unit="kg/m", kind="cubic", outside="hold")
+    density = Table(
+        HEIGHTS, tuple(2.0 * one for one in DENSITIES), unit_x="m", unit="kg/m", kind="cubic", outside="hold"
+    )
     gust = Air.gust
 
     def force(self, body: Any) -> Any:

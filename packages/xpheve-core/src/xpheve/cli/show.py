@@ -13,6 +13,12 @@ from xpheve.cli.options import json_option
 if TYPE_CHECKING:
     from xpheve.plugins.spec import ParamSpec
 
+FORMS = {
+    "apply": "called in Python with NumPy arrays of all its objects; never compiled",
+    "kernel": "a kernel file written by hand; runs in the loop",
+}
+"""What is said of laws that are no formula."""
+
 
 @click.command("show", short_help="Show a law's card, or what is in a file.")
 @click.argument("what", metavar="ID_OR_FILE")
@@ -76,6 +82,10 @@ def _print_law(found: dict[str, Any]) -> None:
 
     click.echo(f"{found['id']}  ({found['role']}, {found['kind']}; {found['distribution']} {found['version']})\n")
     click.echo(found["text"] + "\n")
+    if found.get("nature"):
+        click.echo(f"{found['form']}: {found['nature']}\n")
+    elif found.get("form") in FORMS:
+        click.echo(f"{found['form']}: {FORMS[found['form']]}\n")
     if found["parameters"]:
         print_table(
             ["parameter", "default", "unit", "bounds", "what"],

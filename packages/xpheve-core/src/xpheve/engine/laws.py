@@ -32,6 +32,8 @@ class Laws(Hosting):
         ------
         UnknownLawError, BrokenPackError, ParameterError, LawDefinitionError, NotAcceptedError, OwnershipError
             Before anything changes.
+        TraceError
+            If the law's ``force``, ``torque`` or ``potential`` is no formula, or has other units than it must: before anything changes.
         """
         made = self._make_law(law, parameters)
         world = self._world
@@ -49,6 +51,7 @@ class Laws(Hosting):
                 raise OwnershipError(f"{made.label()}: {word} {obj!r}, which is not in this engine: add it first")
         if isinstance(made, PairLaw):
             made.reach()
+        _require_formula(made)
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
@@ -161,6 +164,7 @@ class Laws(Hosting):
         for law in container.laws:
             if law.engine not in (None, self):
                 raise OwnershipError(f"{container!r} holds {law!r}, which is in another engine")
+            _require_formula(law)
 
     def _take_law(self, law: PhysicalLaw) -> None:
         """``law``, checked, is in this engine from now on."""
@@ -176,6 +180,7 @@ class Laws(Hosting):
         """``law`` is about to be put into a container of this engine: it comes along, unless it is elsewhere."""
         if law.engine is None:
             self._check_law_name(law)
+            _require_formula(law)
             self._take_law(law)
         elif law.engine is not self:
             raise OwnershipError(f"{law!r} is in another engine; make another: type(law)(**law.parameters)")
@@ -217,6 +222,14 @@ class Laws(Hosting):
         if not isinstance(container, LawContainer) or container.engine is not self:
             raise OwnershipError(f"{container!r} is no container of this engine")
         self._structurally(lambda: scenery.remove_container(self._world, container))
+
+
+def _require_formula(law: PhysicalLaw) -> None:
+    """Raise `TraceError` if ``law`` is a field or pair law that says no formula."""
+    if isinstance(law, ContinuousLaw):
+        from xpheve.trace.recorder import trace_law
+
+        trace_law(law)
 
 
 __all__ = ["Laws"]

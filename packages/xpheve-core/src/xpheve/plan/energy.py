@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -132,18 +131,15 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
         members = world.in_rank_order(world.mapping.objects(law))
         if only is not None and only not in members:
             continue
-        reads: set[str] = set()
         time = world.time[0]
         if isinstance(law, FieldLaw):
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
-                view = world.evaluator.view(law, rows, time, partial(shot.part, rows), reads)
-                yield world.evaluator.potential(law, (view,), rows, time)
+                yield world.evaluator.potential(law, (rows,), time, shot.__getitem__)
         elif isinstance(law, PairLaw):
             for a, b in _pairs(law, members, only).chunks(shot["position"]):
                 if len(a):
-                    views = [world.evaluator.view(law, side, time, partial(shot.part, side), reads) for side in (a, b)]
-                    yield world.evaluator.potential(law, views, a, time)
+                    yield world.evaluator.potential(law, (a, b), time, shot.__getitem__)
 
 
 def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None) -> PairSet:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from xpheve.bodies import STATE_WIDTHS, Bodies
 from xpheve.errors import LawFailedError
@@ -21,50 +20,79 @@ from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.trace.numpy_text import GraphFunction
+from xpheve.trace.recorder import trace_law
+from xpheve.trace.samples import parameters_of
+from xpheve.trace.shadow import as_arrays
 
 Fetch = Callable[[str], Array]
+OTHERS = ("mass", "inertia", "volume", "since", "time", "up")
+"""What laws read besides the state and columns."""
 LISTABLE = 20_000_000
 """Pairs whose list memory bears."""
+SPEED = frozenset({"velocity", "angular_velocity", "orientation"})
+"""What a second evaluation at the middle of a step finds changed."""
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Evaluator:
-    """Calls the methods of laws with views of an engine's bodies."""
+    """Evaluates laws over objects of an engine in NumPy: by their traces, or by calling those that have none."""
 
     def __init__(self, bodies: Bodies, up: str, mapping: Mapping) -> None:
         self.bodies = bodies
         self.mapping = mapping
         self.up = np.array(UP[up])
 
-    def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
-        """A view of ``rows``; ``state(name)`` gives the flying columns, shape (width, rows)."""
+    def read(self, law: ContinuousLaw, name: str, rows: Rows, time: float, state: Fetch) -> Any:
+        """What ``law`` calls ``name`` of ``rows``, shape (width, rows); of the scene a number, or shape (3,).
+
+        ``state(name)`` gives the flying columns, shape (width, rows).
+        """
         bodies = self.bodies
+        if name in STATE_WIDTHS:
+            return state(name)
+        if name in ("mass", "inertia"):
+            return bodies.arrays[name][:, rows]
+        if name == "time":
+            return time
+        if name == "up":
+            return self.up.copy()
+        if name in bodies.columns:
+            return bodies.columns[name][None, rows]
+        if name == "volume":
+            return self.volumes(rows)[None]
+        if name == "since":
+            return np.array([[self.since(law, bodies.objects[row]) for row in rows.tolist()]])
+        raise self.unknown(law, name)
+
+    def unknown(self, law: ContinuousLaw, name: str) -> LawFailedError:
+        """The error of a law that reads what nobody declares."""
+        from xpheve.plugins.suggest import did_you_mean
+
+        known = [*STATE_WIDTHS, *OTHERS, *self.bodies.columns]
+        return LawFailedError(
+            f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
+            f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
+            law,
+        )
+
+    def require_columns(self, law: ContinuousLaw, names: Iterable[str]) -> None:
+        """Raise `LawFailedError` if ``law`` reads what nobody declares."""
+        known = {*STATE_WIDTHS, *OTHERS, *self.bodies.columns}
+        for name in sorted(names):
+            if name not in known:
+                raise self.unknown(law, name)
+
+    def view(self, law: ContinuousLaw, rows: Rows, time: float, state: Fetch, reads: set[str]) -> BodyView:
+        """A view of ``rows`` for a law that is called."""
 
         def fetch(name: str) -> Any:
-            if name in STATE_WIDTHS:
-                return np.ascontiguousarray(state(name).T) if len(rows) < 64 else state(name).T
-            if name == "mass":
-                return bodies.arrays["mass"][0, rows]
-            if name == "inertia":
-                return bodies.arrays["inertia"][:, rows].T
-            if name == "time":
-                return time
-            if name == "up":
-                return self.up.copy()
-            if name in bodies.columns:
-                return bodies.columns[name][rows]
-            if name == "volume":
-                return self.volumes(rows)
-            if name == "since":
-                return np.array([self.since(law, bodies.objects[row]) for row in rows.tolist()])
-            from xpheve.plugins.suggest import did_you_mean
-
-            known = [*STATE_WIDTHS, "mass", "inertia", "volume", "since", "time", "up", *bodies.columns]
-            raise LawFailedError(
-                f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
-                f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
-                law,
-            )
+            found = self.read(law, name, rows, time, state)
+            if name in ("time", "up"):
+                return found
+            if name in STATE_WIDTHS and len(rows) < 64:
+                return np.ascontiguousarray(found.T)
+            return found.T
 
         return BodyView(fetch, reads, len(rows))
 
@@ -83,23 +111,59 @@ class Evaluator:
     def field(
         self, law: FieldLaw, rows: Rows, time: float, state: Fetch, reads: set[str]
     ) -> tuple[Array | None, Array | None]:
-        """Force and torque of a field law, shape (3, rows) each, or None where the law has no such method."""
-        view = self.view(law, rows, time, state, reads)
-        results: list[Array | None] = []
-        for method in ("force", "torque"):
-            if law.defines(method) or (method == "force" and is_by_hand(law)):
-                results.append(self._checked(law, method, (view,), rows, time))
-            else:
-                results.append(None)
-        return results[0], results[1]
+        """Force and torque of a field law, shape (3, rows) each, or None where the law has none; ``reads`` gets what it reads."""
+        trace = trace_law(law)
+        if trace is None:
+            view = self.view(law, rows, time, state, reads)
+            return self._checked(law, _called(law), (view,), rows, time), None
+        reads |= trace.reads
+        found = self._run(law, trace.motion_arrays, {"": (rows, state)}, time)
+        parts: list[Array | None] = [None, None]
+        first = 0
+        for k, (method, nodes) in enumerate((("force", trace.force), ("torque", trace.torque))):
+            if nodes is not None:
+                parts[k] = self._finite(law, method, found[first : first + 3], rows, time)
+                first += 3
+        return parts[0], parts[1]
 
     def pair(
         self, law: PairLaw, a: Rows, b: Rows, time: float, state: Callable[[str], Array], reads: set[str]
     ) -> Array:
         """Force on ``a`` of each pair, shape (3, pairs); ``state(name)`` is over all rows of the engine."""
-        view_a = self.view(law, a, time, lambda name: state(name)[:, a], reads)
-        view_b = self.view(law, b, time, lambda name: state(name)[:, b], reads)
-        return self._checked(law, "force", (view_a, view_b), a, time)
+        sides = {side: (rows, _part(state, rows)) for side, rows in (("a", a), ("b", b))}
+        trace = trace_law(law)
+        if trace is None:
+            views = [self.view(law, rows, time, one, reads) for rows, one in sides.values()]
+            return self._checked(law, _called(law), views, a, time)
+        reads |= trace.reads
+        return self._finite(law, "force", self._run(law, trace.motion_arrays, sides, time), a, time)
+
+    def potential(self, law: ContinuousLaw, sides: Sequence[Rows], time: float, state: Fetch) -> Array:
+        """Potential energy [J] of each object or pair, shape (rows,); ``state(name)`` is over all rows of the engine."""
+        trace = trace_law(law)
+        if trace is None:
+            views = [self.view(law, rows, time, _part(state, rows), set()) for rows in sides]
+            return self._called_potential(law, views, sides[0], time)
+        names = ("a", "b") if trace.pair else ("",)
+        given = {side: (rows, _part(state, rows)) for side, rows in zip(names, sides, strict=True)}
+        found: Array = self._run(law, trace.potential_arrays, given, time)[0]
+        return found
+
+    def _run(self, law: ContinuousLaw, run: GraphFunction, sides: dict[str, tuple[Rows, Fetch]], time: float) -> Array:
+        """What ``run`` gives, shape (outputs, rows); ``sides`` has the rows of each side, and their state."""
+        held: dict[tuple[str, str], Any] = {}
+        rows, state = next(iter(sides.values()))
+        inputs = {}
+        for one in run.inputs:
+            key = one.side, one.name
+            if key not in held:
+                own, flown = sides.get(one.side, (rows, state))
+                held[key] = self.read(law, one.name, own, time, flown)
+            inputs[one] = held[key] if one.name == "time" else held[key][one.component]
+        found = np.empty((len(run.outputs), len(rows)))
+        for k, values in enumerate(run(inputs, parameters_of(law, run.parameters))):
+            found[k] = values
+        return found
 
     def _checked(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, method, views, rows, time)
@@ -118,6 +182,10 @@ class Evaluator:
                 "A number times a direction is one: body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns",
                 law,
             ) from None
+        return self._finite(law, method, full, rows, time)
+
+    def _finite(self, law: ContinuousLaw, method: str, full: Array, rows: Rows, time: float) -> Array:
+        """``full``, shape (3, rows), if all of it is finite; else `LawFailedError` says whose is not."""
         if not np.isfinite(full).all():
             bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
             obj = self.bodies.objects[int(rows[bad])]
@@ -141,7 +209,7 @@ class Evaluator:
         return f" {law.singular}" if law.singular else ""
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
-        called = force_by_rows(law) if method == "force" and is_by_hand(law) else getattr(law, method)
+        called = force_by_rows(law) if method == "force" else getattr(as_arrays(law), method)
         with np.errstate(all="ignore"):
             try:
                 return called(*views)
@@ -155,8 +223,7 @@ class Evaluator:
                     law,
                 ) from error
 
-    def potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> NDArray[np.float64]:
-        """Potential energy [J] of each object or pair, shape (rows,)."""
+    def _called_potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
         result = self._call(law, "potential", views, rows, time)
         try:
             return np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 1))[:, 0]
@@ -167,6 +234,16 @@ class Evaluator:
                 "a.dot(b), v.norm() and v.x have it",
                 law,
             ) from None
+
+
+def _called(law: ContinuousLaw) -> str:
+    """What is called for the force of a law that is not traced: its kernel, or `apply`."""
+    return "force" if is_by_hand(law) else "apply"
+
+
+def _part(state: Fetch, rows: Rows) -> Fetch:
+    """``state`` of ``rows`` alone."""
+    return lambda name: state(name)[:, rows]
 
 
 def _vectors(result: Any, count: int, views: Sequence[BodyView]) -> Any:
@@ -205,6 +282,16 @@ def is_constant(reads: set[str]) -> bool:
     return not (reads & STATE) and "time" not in reads
 
 
+class _Effect(NamedTuple):
+    """Force, torque and the force without potential of a law on some of the rows, (3, rows) each or None; and what it read."""
+
+    which: Any
+    force: Array | None
+    torque: Array | None
+    working: Array | None
+    reads: set[str]
+
+
 class BatchSources:
     """What acts along the way on the rows of a batch; see `xpheve.steppers.contract.Sources`."""
 
@@ -219,6 +306,9 @@ class BatchSources:
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
         self.pairs: list[tuple[PairLaw, PairSet]] = []
+        self._standing: dict[ContinuousLaw, _Effect] = {}
+        """What the last evaluation found of laws that read neither velocity nor orientation."""
+        self._traces = {law: formula_of(law) for law in laws}
         self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
@@ -228,6 +318,8 @@ class BatchSources:
                 self.fields.append((law, mask))
             elif isinstance(law, PairLaw):
                 self.pairs.append((law, PairSet(law, members, [obj not in rows for obj in members])))
+        self.masks = dict(self.fields)
+        self.sets = dict(self.pairs)
         sources = [pairs.used for _, pairs in self.pairs]
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
@@ -353,8 +445,8 @@ class BatchSources:
             self._program.forget_parameters()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
-        """Whether the program holds ``trace`` for ``law``; so does one that is not made yet."""
-        return self._program is None or self._program.terms[law].trace is trace
+        """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
+        return trace is not None and self._traces.get(law) is trace
 
     def pack(self, state: Any, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows."""
@@ -407,53 +499,64 @@ class BatchSources:
         found = {other._row for row in rows for other in self.world.group_of(objects[row])}
         return sorted(found)
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Sums of forces and torques over the laws, in rank order."""
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Sums of forces and torques over the laws, in rank order.
+
+        ``again``: the same rows at the same places and time, so that what reads neither velocity nor orientation stands.
+        """
         force, torque = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
         self.working = np.zeros((3, len(rows)))
+        known = self._standing if again else {}
+        self._standing = {}
         reads_velocity = False
-        for law, mask in self.fields:
-            inside = np.flatnonzero(mask[rows])
-            if not law.enabled or not len(inside):
+        for law in (*self.masks, *self.sets):
+            if not law.enabled:
                 continue
-            reads: set[str] = set()
-            found, twist = self.world.evaluator.field(
-                law, rows[inside], t[0], lambda name, inside=inside: state[name][:, inside], reads
-            )
-            law.evaluations += 1
-            if found is not None:
-                force[:, inside] += found
-                if not law.defines("potential"):
-                    self.working[:, inside] += found
-            if twist is not None:
-                torque[:, inside] += twist
-            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
-        for pair_law, pairs in self.pairs:
-            if not pair_law.enabled:
+            effect = known[law] if law in known else self._effect(law, rows, t, state)
+            if effect is None:
                 continue
-            reads = set()
-            self._add_pairs(pair_law, pairs, rows, t, state, force, reads)
-            reads_velocity |= bool(reads & {"velocity", "angular_velocity"})
+            law.evaluations += law not in known
+            if not effect.reads & SPEED:
+                self._standing[law] = effect
+            reads_velocity |= bool(effect.reads & {"velocity", "angular_velocity"})
+            if effect.force is not None:
+                force[:, effect.which] += effect.force
+            if effect.working is not None:
+                self.working[:, effect.which] += effect.working
+            if effect.torque is not None:
+                torque[:, effect.which] += effect.torque
         return force, torque, reads_velocity
 
-    def _add_pairs(
-        self,
-        law: PairLaw,
-        pairs: PairSet,
-        rows: Rows,
-        t: Instant,
-        state: dict[str, Array],
-        force: Array,
-        reads: set[str],
-    ) -> None:
-        """Add the forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
+    def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:
+        """What ``law`` does to ``rows``; None if it concerns none of them."""
+        reads: set[str] = set()
+        if law in self.masks:
+            assert isinstance(law, FieldLaw)
+            inside = np.flatnonzero(self.masks[law][rows])
+            if not len(inside):
+                return None
+            every = len(inside) == len(rows)
+            which = slice(None) if every else inside
+            force, torque = self.world.evaluator.field(
+                law, rows[which], t[0], lambda name: state[name] if every else state[name][:, inside], reads
+            )
+            return _Effect(which, force, torque, None if law.defines("potential") else force, reads)
+        assert isinstance(law, PairLaw)
+        return self._paired(law, self.sets[law], rows, t, state, reads)
+
+    def _paired(
+        self, law: PairLaw, pairs: PairSet, rows: Rows, t: Instant, state: dict[str, Array], reads: set[str]
+    ) -> _Effect | None:
+        """The forces of ``law`` on ``rows``, summed from 0 in the order of the pairs."""
         bodies: Bodies = self.world.bodies
         place = np.full(bodies.count, -1, dtype=np.int64)
         place[rows] = np.arange(len(rows))
         acting = np.zeros(bodies.count, dtype=bool)
         acting[rows] = True
         if not acting[pairs.used].any():
-            return
+            return None
         held: dict[str, Array] = {}
 
         def everywhere(name: str) -> Array:
@@ -465,7 +568,6 @@ class BatchSources:
                 held[name] = whole
             return held[name]
 
-        law.evaluations += 1
         total, lent = np.zeros((3, len(rows))), np.zeros((3, len(rows)))
         for a, b in pairs.chunks(everywhere("position")):
             ours = acting[a] | acting[b]
@@ -478,5 +580,4 @@ class BatchSources:
             if len(self.hands):
                 by_hand = bodies.driven[a] | bodies.driven[b]
                 add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
-        force += total
-        self.working += lent if law.defines("potential") else total
+        return _Effect(slice(None), total, None, lent if law.defines("potential") else total, reads)

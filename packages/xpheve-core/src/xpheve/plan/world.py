@@ -8,11 +8,12 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
-from xpheve.errors import InvalidValueError, LawFailedError, StateError, XpheveError, XpheveWarning
+from xpheve.errors import InvalidValueError, LawFailedError, StateError, TraceError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
@@ -27,6 +28,7 @@ from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, 
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
+from xpheve.plan.proof import prove
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
 from xpheve.plan.transaction import Transaction
@@ -35,6 +37,7 @@ from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
+from xpheve.trace.law_trace import LawTrace
 
 STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
 WISHES = ("auto", "always", "never")
@@ -60,6 +63,8 @@ class World:
         self.batches: list[Batch] = []
         self.choices: dict[Signature, Choice] = {}
         self.groups: dict[PhysicalObject, list[PhysicalObject]] = {}
+        self.proven: WeakKeyDictionary[ContinuousLaw, LawTrace] = WeakKeyDictionary()
+        """Laws that were tried by numbers, with the trace that they had."""
         self.constant: dict[ContinuousLaw, set[str]] = {}
         """Laws whose force is stored, with what they read."""
         self.contacts: ContactServer | None = None
@@ -603,6 +608,7 @@ class World:
         self.wakeups.plan()
 
     def _plan_motion(self) -> None:
+        self._prove_laws()
         self.ranks.freeze_laws(self.laws, self.laws)
         self.ranks.freeze_containers(self.containers)
         self.law_positions = positions(self.laws)
@@ -618,6 +624,22 @@ class World:
         if self.contacts is not None and affected:
             self.contacts.refresh([obj._row for obj in affected])
         self.wakeups.refresh(affected)
+
+    def _prove_laws(self) -> None:
+        """Refuse what is wrong with a law that now acts for the first time, before anything changes."""
+        for law in list(self.laws):
+            if not (isinstance(law, ContinuousLaw) and law.enabled and self.mapping.objects(law)):
+                continue
+            trace = formula_of(law)
+            if trace is None or self.proven.get(law) is trace:
+                continue
+            try:
+                prove(law, trace)
+                self.evaluator.require_columns(law, trace.columns)
+            except (TraceError, LawFailedError) as error:
+                self.give_up(error, law)
+            else:
+                self.proven[law] = trace
 
     def _rebase(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Bring the rows of ``objects`` and their old groups to now, out of their batches."""
@@ -660,9 +682,13 @@ class World:
 
     def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
-        reads: set[str] = set()
+        trace = formula_of(law)
+        reads: set[str] = set() if trace is None else set(trace.reads)
         rows = np.array([obj._row for obj in objects], dtype=np.int64)
-        force, torque = self.evaluator.field(law, rows, self.time[0], lambda name: self.read_rows(rows, name), reads)
+        if is_constant(reads):
+            force, torque = self.evaluator.field(
+                law, rows, self.time[0], lambda name: self.read_rows(rows, name), reads
+            )
         if not is_constant(reads):
             self.constant.pop(law, None)
             return False
@@ -864,9 +890,9 @@ class World:
         first = min((b.stepper.covered(b.state) for b in self.batches if b.state.count), default=NEVER)
         return self.time if first == NEVER else first
 
-    def give_up(self, error: LawFailedError) -> None:
+    def give_up(self, error: LawFailedError | TraceError, failed: object = None) -> None:
         """Disable the law that failed, with a warning, if that was asked for; else raise ``error``."""
-        law = error.law
+        law = failed if failed is not None or not isinstance(error, LawFailedError) else error.law
         if self.on_law_error != "disable" or not isinstance(law, PhysicalLaw) or not law.enabled:
             raise error
         warnings.warn(f"{error} (the law is disabled from here on)", XpheveWarning, stacklevel=2)

@@ -18,7 +18,7 @@ from typing import Any
 from xpheve.errors import PackError
 from xpheve.laws import API_VERSION
 from xpheve.plugins.pack import KINDS, Pack, collect, guess_name
-from xpheve.plugins.spec import LawSpec, default_api
+from xpheve.plugins.spec import LawSpec, default_api, nature_words
 
 __all__ = [
     "Manifest",
@@ -59,7 +59,7 @@ def build_manifest(source: Any, name: str = "") -> dict[str, Any]:
     Raises
     ------
     PackError
-        If the pack is not sound.
+        If the pack is not sound: with `TraceError`, if a field or pair law says no formula.
 
     """
     pack = Pack(name or guess_name(source))
@@ -68,6 +68,8 @@ def build_manifest(source: Any, name: str = "") -> dict[str, Any]:
     for id in sorted(pack.offered["law"]):
         law = pack.resolve("law", id)
         laws.append({**pack.specs[id].to_dict(), "class": _reference(law)})
+        if nature := nature_words(law):
+            laws[-1]["nature"] = nature
         if laws[-1].get("api") == default_api():
             del laws[-1]["api"]
     built: dict[str, Any] = {"schema": SCHEMA, "pack": pack.name, "api": api_of(source), "laws": laws}

@@ -744,9 +744,10 @@ def _stale(pack: Pack, manifest: Manifest) -> list[str]:
     for kind, things in pack.offered.items():
         listed = set(manifest.classes[kind])
         odd += [f"{id} is missing" for id in set(things) - listed] + [f"{id} is no more" for id in listed - set(things)]
-    listed_specs = {spec.id: {**spec.to_dict(), "api": ""} for spec in manifest.laws}
+    aside = {"api": "", "nature": ""}  # the nature is found by tracing, which takes too long here
+    listed_specs = {spec.id: {**spec.to_dict(), **aside} for spec in manifest.laws}
     for id, spec in pack.specs.items():
-        if id in listed_specs and sys.flags.optimize < 2 and {**spec.to_dict(), "api": ""} != listed_specs[id]:
+        if id in listed_specs and sys.flags.optimize < 2 and {**spec.to_dict(), **aside} != listed_specs[id]:
             odd.append(f"{id} has changed")
     return [f"its manifest is stale: {', '.join(sorted(odd))}. {WRITE}"] if odd else []
 

@@ -79,6 +79,10 @@ class LawSpec:
     doc: str = ""
     cite: str = ""
     has_potential: bool = False
+    form: str = ""
+    """How a field or pair law says its force: "formula" (traced), "apply" (NumPy, called) or "kernel" (a file written by hand)."""
+    nature: str = ""
+    """Of a formula with the default parameters: what it depends on, whether it is constant, linear, conservative; what it costs."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as JSON can hold it; fields at their default are left out."""
@@ -144,7 +148,39 @@ def spec_of(law: type[PhysicalLaw]) -> LawSpec:
         doc=doc.partition("\n\n")[0].replace("\n", " "),
         cite=_cite(doc),
         has_potential=issubclass(law, (FieldLaw, PairLaw)) and law.defines("potential"),
+        form=form_of(law),
     )
+
+
+def form_of(law: type[PhysicalLaw]) -> str:
+    """Return how ``law`` says its force: ``"formula"``, ``"apply"`` or ``"kernel"``; empty if it has none."""
+    if not issubclass(law, (FieldLaw, PairLaw)):
+        return ""
+    for form, written in (
+        ("apply", law.defines("apply")),
+        ("formula", law.defines("force") or law.defines("torque")),
+        ("kernel", bool(law.kernel)),
+    ):
+        if written:
+            return form
+    return ""
+
+
+def nature_words(law: type[PhysicalLaw]) -> str:
+    """Return what `xpheve.trace.nature` says of ``law`` with its default parameters; empty if it is not traced, or cannot be made so.
+
+    Raises
+    ------
+    TraceError
+        If the law should be a formula, and is none.
+
+    """
+    if form_of(law) != "formula":
+        return ""
+    from xpheve.trace.check import nature_of
+
+    found = nature_of(law())  # type: ignore[arg-type]
+    return "" if found is None else found.words()
 
 
 def _as_tuple(value: Any) -> Any:
@@ -299,6 +335,8 @@ def _twin() -> type[BaseModel]:
         "doc": (str, ""),
         "cite": (str, ""),
         "has_potential": (bool, False),
+        "form": (Literal["", "formula", "apply", "kernel"], ""),
+        "nature": (str, ""),
     }
     return create_model("LawModel", __config__=strict, **law_fields)
 

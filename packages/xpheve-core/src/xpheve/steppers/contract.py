@@ -108,8 +108,13 @@ class Sources(Protocol):
         """
         ...
 
-    def evaluate(self, rows: Rows, t: Instant, state: dict[str, Array]) -> tuple[Array, Array, bool]:
-        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read."""
+    def evaluate(
+        self, rows: Rows, t: Instant, state: dict[str, Array], again: bool = False
+    ) -> tuple[Array, Array, bool]:
+        """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read.
+
+        ``again``: as in the call before, but for velocities and orientations; what reads none of them is not evaluated.
+        """
         ...
 
     def joined(self, rows: Sequence[int]) -> list[int]:

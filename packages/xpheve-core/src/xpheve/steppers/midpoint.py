@@ -331,7 +331,7 @@ class _Step:
             middle["velocity"] = begin["velocity"] + half * (stored + force / mass)
             if twist.any():
                 self._half_way(middle, begin, rows, torque + twist, half)
-            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle)
+            force, twist, _ = self.sources.evaluate(rows, later(t, half), middle, again=True)
         working = self.sources.working
         return begin | {"acceleration": stored + force / mass, "torque": torque + twist, "working": working}
 

@@ -184,8 +184,9 @@ class Trial:
 
     @cached_property
     def _room(self) -> Array:
-        moved = [np.abs(self._run(self.functions.main, self.states, seed) - self._numbers) for seed in (1, 2)]
-        found: Array = 10.0 * np.fmax(moved[0], moved[1])
+        with np.errstate(all="ignore"):
+            moved = [np.abs(self._run(self.functions.main, self.states, seed) - self._numbers) for seed in (1, 2)]
+            found: Array = 10.0 * np.fmax(moved[0], moved[1])
         return np.where(np.isfinite(found), found, 0.0)
 
     def _run(self, run: GraphFunction, states: States, moved: int | None = None) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from xpheve.trace.graph import Graph, Node, Parameter, walk
+from xpheve.trace.numpy_text import GraphFunction, array_function
 
 Triple = tuple[Node, Node, Node]
 
@@ -36,7 +37,27 @@ class LawTrace:
         return frozenset(node.value.name for node in walk(self.motion) if node.op == "input")
 
     @cached_property
+    def columns(self) -> frozenset[str]:
+        """All names that force, torque and potential read."""
+        own = frozenset(node.value.name for node in walk(self._potentials) if node.op == "input")
+        return self.reads | own
+
+    @cached_property
+    def _potentials(self) -> list[Node]:
+        return [] if self.potential is None else [self.potential]
+
+    @cached_property
+    def motion_arrays(self) -> GraphFunction:
+        """``motion`` on NumPy arrays."""
+        return array_function(self.motion)
+
+    @cached_property
+    def potential_arrays(self) -> GraphFunction:
+        """``potential`` on NumPy arrays; there must be one."""
+        return array_function(self._potentials)
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The numbers of parameters that force, torque and potential read, in the order of the parameter table."""
-        outputs = [*self.motion, *([self.potential] if self.potential is not None else [])]
+        outputs = [*self.motion, *self._potentials]
         return tuple(sorted({node.value for node in walk(outputs) if node.op == "param"}))

@@ -66,12 +66,14 @@ def trace_law(law: ContinuousLaw, columns: Iterable[str] | None = None) -> LawTr
     TracedBranchError
         If it decides in Python on what is no number yet.
     """
-    if why_untraced(law):
-        return None
-    columns = None if columns is None else list(columns)
     known = _TRACES.setdefault(type(law), {})
     key = _structure(law)
     found = known.get(key)
+    if found is not None and columns is None:
+        return found
+    if why_untraced(law):
+        return None
+    columns = None if columns is None else list(columns)
     if found is None:
         found = _traced_twice(law, columns)
     _check_columns(law, found.graph, columns)
