@@ -40,7 +40,9 @@ class Sparks(xp.FieldLaw):
 
     id = "example:sparks"
     c = xp.Param(4e-5, unit="kg/m", ge=0, doc="c.")
-    wind = xp.Table((0, 20, 60, 150, 300), (0, 6, 14, 22, 24), unit_x="m", unit="m/s", outside="hold", doc="w by height.")
+    wind = xp.Table(
+        (0, 20, 60, 150, 300), (0, 6, 14, 22, 24), unit_x="m", unit="m/s", outside="hold", doc="w by height."
+    )
 
     def force(self, body: Any) -> Any:
         """Drag on each body [N]."""
@@ -68,12 +70,16 @@ def main() -> None:
 
     end = engine.energy()
     scale = max(abs(value) for value in (*begin, *end))
-    print(f"energy [J]: kinetic {begin.kinetic:.4f} -> {end.kinetic:.4f}, potential {begin.potential:.4f} -> {end.potential:.4f}")
+    print(
+        f"energy [J]: kinetic {begin.kinetic:.4f} -> {end.kinetic:.4f}, potential {begin.potential:.4f} -> {end.potential:.4f}"
+    )
     print(f"drag took {-end.work:.4f} J; error of the energy balance: {abs(end.balance - begin.balance) / scale:.1e}")
     finer, others = scene()
     finer.run(until=END, dt=dt / 2)
     apart = max(math.dist(one.position, other.position) for one, other in zip(sparks, others, strict=True))
-    print(f"largest error of a place, by half the step: {4 / 3 * apart:.1e} m")  # order 2: the finer run has a quarter of it
+    print(
+        f"largest error of a place, by half the step: {4 / 3 * apart:.1e} m"
+    )  # order 2: the finer run has a quarter of it
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         print("picture:", draw(record, options.out / "fireworks.png"))
@@ -137,7 +143,9 @@ def draw(record: xp.Record, path: Path) -> Path:
         axes.xaxis.label.set_color("white")
         axes.yaxis.label.set_color("white")
         axes.grid(alpha=0.12)
-    figure.suptitle("2,000 sparks 2 s after five bursts: gravity, and drag in a wind that grows with height", color="white")
+    figure.suptitle(
+        "2,000 sparks 2 s after five bursts: gravity, and drag in a wind that grows with height", color="white"
+    )
     figure.savefig(path)
     return path
 

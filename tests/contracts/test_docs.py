@@ -33,7 +33,9 @@ def blocks(text: str) -> Iterator[tuple[int, str, str | None]]:
 def is_said(printed: str, output: str) -> bool:
     """Whether ``printed`` is ``output``, in which ``...`` stands for anything, and lines may be broken anywhere."""
     words = " ".join(output.split())
-    return re.fullmatch(".*".join(re.escape(part) for part in words.split("...")), " ".join(printed.split())) is not None
+    return (
+        re.fullmatch(".*".join(re.escape(part) for part in words.split("...")), " ".join(printed.split())) is not None
+    )
 
 
 @pytest.mark.parametrize("page", [pytest.param(page, id=str(page.relative_to(ROOT))) for page in PAGES])
@@ -71,6 +73,8 @@ def test_a_law_that_runs_compiled_takes_seven_lines() -> None:
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
             del node.body[0]
-    lines = {line for node in ast.walk(tree) if isinstance(node, ast.stmt) for line in (node.lineno, node.end_lineno or 0)}
+    lines = {
+        line for node in ast.walk(tree) if isinstance(node, ast.stmt) for line in (node.lineno, node.end_lineno or 0)
+    }
     written = [line for number, line in enumerate(code.splitlines(), 1) if number in lines]
     assert "class Drag" in "\n".join(written) and len(written) <= 7, written
