@@ -55,7 +55,7 @@ class Bodies:
         self.batch = np.full(capacity, -1, dtype=np.int64)
         self.local = np.zeros(capacity, dtype=np.int64)
         self.volume: Array = np.full(capacity, np.nan)
-        """Volume [m^3] of the shape, by whoever asked for it first; NaN until then, and after a new shape."""
+        """Volume [m^3] of the shape, by whoever asked for it first, -1 where there is none; NaN until then, and after a new shape."""
 
     def _plain(self) -> list[NDArray[Any]]:
         plain = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from xpheve.loop.fields import AXES, PARAMETERS, UP
-from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes, sums_of
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
@@ -83,7 +83,7 @@ class PairText:
         return str(self.slots.at(one.name, one.component))
 
     def _targets(self) -> tuple[str, ...]:
-        return sums_of(self.term)
+        return self.slots.sums[self.term]
 
     @property
     def _reach(self) -> str:

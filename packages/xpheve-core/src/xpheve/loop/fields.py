@@ -29,15 +29,16 @@ H, ORIGIN, UP, PARAMETERS = 0, 1, 3, 6
 class FieldText:
     """Writes function ``fields_<number>`` for rows that obey ``terms``, in this order.
 
-    ``arrays`` chooses NumPy text, in which ``s`` is (slots, rows) and a row loop is an array operation; else ``s`` is flat, in tiles.
-    ``turning`` says that the rows turn in steps, too.
+    ``turning`` says that the rows turn in steps, too. `xpheve.loop.array_fields` writes the same for NumPy.
     """
 
+    arrays = False
+
     def __init__(
-        self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, arrays: bool, turning: bool = False
+        self, number: int, terms: Sequence[Term], slots: Slots, stored_work: bool, turning: bool = False
     ) -> None:
         self.turning = turning
-        self.number, self.terms, self.slots, self.arrays = number, terms, slots, arrays
+        self.number, self.terms, self.slots = number, terms, slots
         self.stored_work = stored_work
         self.pulled, self.pushed = "pull" in slots.first, "push" in slots.first
         self.head: list[str] = []
@@ -52,11 +53,7 @@ class FieldText:
         for k, term in enumerate(terms):
             self.writers.append(self._writer(k, term, offset))
             offset += term.size
-        self.working = (
-            stored_work
-            or bool({"pull_working", "push_working"} & slots.first.keys())
-            or any(not term.accounted for term in terms)
-        )
+        self.working = stored_work or bool(slots.pair_work) or any(not term.accounted for term in terms)
 
     @property
     def reads_time(self) -> bool:
@@ -122,8 +119,7 @@ class FieldText:
 
     def load(self, name: str, component: int = 0) -> str:
         """A number of the row, where it lies."""
-        place = self.slots.at(name, component)
-        return f"s[{place // LANES}, first:last]" if self.arrays else f"s[i + {place}]"
+        return f"s[i + {self.slots.at(name, component)}]"
 
     def store(self, name: str, component: int, value: str) -> None:
         self.body.append(f"{self.load(name, component)} = {value}")
@@ -184,16 +180,24 @@ class FieldText:
         for c, axis in enumerate(AXES):
             self.body.append(f"{prefix}{axis} = w{axis} + {force[c]} * im")
 
-    def row(self, half_only: bool = False) -> list[str]:
-        """The lines of one row and step. ``half_only``: only as far as the velocity of the middle, which is stored."""
-        self.body = []
-        self._loaded = {}
+    def _begin(self) -> None:
+        """Place, velocity, what acts all the time, and the place in the middle."""
         for c, axis in enumerate(AXES):
             self.body += [f"x{axis} = {self.load('position', c)}", f"v{axis} = {self.load('velocity', c)}"]
             self.body += [f"w{axis} = {self.load('stored', c)}"]
         self.body.append(f"im = {self.load('inverse_mass')}")
         for axis in AXES:
             self.body.append(f"m{axis} = x{axis} + half * v{axis}")
+
+    def _middle_velocity(self) -> None:
+        for axis in AXES:
+            self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+
+    def row(self, half_only: bool = False) -> list[str]:
+        """The lines of one row and step. ``half_only``: only as far as the velocity of the middle, which is stored."""
+        self.body = []
+        self._loaded = {}
+        self._begin()
         self.twists: dict[int, list[str]] = {}
         if self.turning:
             self._turn_half_way()
@@ -207,8 +211,7 @@ class FieldText:
                 first = forces | self._forces(1, moving)
                 push = [self._slot("push")] if self.pushed else []
                 self._acceleration("d", self._sum("e", before[0] + push + [first[k] for k in moving if k in first]))
-                for axis in AXES:
-                    self.body.append(f"u{axis} = v{axis} + half * d{axis}")
+                self._middle_velocity()
                 if self.turning:
                     self._spin_half_way("u", self._torque())
                 if half_only:
@@ -278,12 +281,7 @@ class FieldText:
         for axis in AXES:
             self.body.append(f"d{axis} = g * (v{axis} + gh * a{axis})")
         if self.working:
-            parts = [
-                *([self._slot("pull_working")] if "pull_working" in self.slots.first else []),
-                *([self._slot("push_working")] if "push_working" in self.slots.first else []),
-                *working,
-            ]
-            names = self._sum("z", parts)
+            names = self._sum("z", [*(self._slot(name) for name in self.slots.pair_work), *working])
             for c in range(3):
                 self.store("working", c, names[c])
             if self.stored_work:
@@ -310,7 +308,10 @@ class FieldText:
     def function(self, half_only: bool = False) -> list[str]:
         """The lines of ``fields_<number>``, or of ``halves_<number>``."""
         name = "halves" if half_only else "fields"
-        body = self.row(half_only)
+        return self._around(name, self.row(half_only))
+
+    def _around(self, name: str, body: list[str]) -> list[str]:
+        """The function about the lines of one row and step."""
         head = [
             f"def {name}_{self.number}(s, p, tables, first, last, lanes_of_last, q, step, stop, steps, number):",
             "    h = p[0]",
@@ -321,15 +322,15 @@ class FieldText:
         if self.reads_time:
             tick.append(f"now = clock__later(clock__multiple((p[{ORIGIN}], p[{ORIGIN + 1}]), number + k, h), half)[0]")
         tick += self.tick
-        if self.arrays:
-            lines = [*head, "    for k in range(step, stop):"]
-            lines += [f"        {line}" for line in [*tick, *body]]
-            return [*lines, "    return 0", ""]
-        lines = [*head, "    for tile in range(first, last):", f"        base = tile * {self.slots.width * LANES}"]
+        return [*head, *self._loops(tick, body), "    return 0", ""]
+
+    def _loops(self, tick: list[str], body: list[str]) -> list[str]:
+        """Tiles, steps, lanes: the numbers of a tile stay in the cache for all steps."""
+        lines = ["    for tile in range(first, last):", f"        base = tile * {self.slots.width * LANES}"]
         lines += [
             f"        lanes = {LANES} if tile < last - 1 else lanes_of_last",
             "        for k in range(step, stop):",
         ]
         lines += [f"            {line}" for line in tick]
         lines += ["            for i in range(base, base + lanes):", *(f"                {line}" for line in body)]
-        return [*lines, "    return 0", ""]
+        return lines

@@ -13,7 +13,7 @@ from xpheve.kernels.neighbours import room
 from xpheve.loop.array_run import array_entry
 from xpheve.loop.couples import ALL, LISTED, NEAR, scratch
 from xpheve.loop.fields import PARAMETERS
-from xpheve.loop.terms import LANES, Term
+from xpheve.loop.terms import CHANGING, LANES, Term
 from xpheve.loop.text import FIRST_COUPLES, FREE, PER_COUPLES, LoopText, PairKind
 from xpheve.trace.graph import walk
 
@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 
 INTERPRETED, NUMPY, COMPILED = "interpreted", "numpy", "compiled"
+
+MODEST = 1e70
+"""Numbers below it, and steps, cannot make a flight leave the range of floats, nor its work."""
 
 
 class Segment(NamedTuple):
@@ -73,7 +76,7 @@ class Program:
         turning: str = FREE,
     ) -> None:
         self.segments, self.couples = tuple(segments), tuple(couples)
-        self.moving, self.sources = moving, sources
+        self.moving, self.sources, self._stored_work = moving, sources, stored_work
         kinds = list(dict.fromkeys(one.terms for one in segments))
         pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in couples]
         self.loop = LoopText(kinds, pair_kinds, stored_work, turning)
@@ -206,6 +209,24 @@ class Program:
             self._make_room(ints[0])
         self._from_tiles(tiled, numbers)
 
+    def strays(self, numbers: Array, h: float) -> NDArray[np.bool_]:
+        """Which moving rows have left the range of floats after a run, or will by the end of the step of ``h`` [s] that is under way."""
+        slots = self.loop.slots
+        changed = numbers[: slots.changing, : self.moving]
+        if self.moving and max(changed.max(), -changed.min()) < MODEST and h < MODEST and not self._stored_work:
+            return np.zeros(self.moving, dtype=bool)
+        part = {name: changed[slots.first[name] : slots.first[name] + width] for name, width in CHANGING.items()}
+        with np.errstate(all="ignore"):
+            way = h * (part["velocity"] + 0.5 * h * part["acceleration"])
+            force = part["working"]
+            if self._stored_work:
+                first = slots.first["stored_working"]
+                force = force + numbers[first : first + 3, : self.moving]
+            ends = [part["position"] + way, part["velocity"] + h * part["acceleration"]]
+            ends.append(part["work"] + (force * way).sum(axis=0))
+        strays: NDArray[np.bool_] = ~np.isfinite(np.concatenate([changed, *ends])).all(axis=0)
+        return strays
+
     def _make_room(self, counts: Places) -> None:
         """Room in the lists of neighbours for what was wanted, and some more."""
         for k, neighbours in self.neighbours.items():
@@ -219,9 +240,13 @@ class Program:
         """What the entry is called with: numbers, and whole numbers."""
         segments = []
         for k, (first, last, tile, end) in enumerate(self.parts[: len(self.segments)]):
-            where = (first, last) if rows else (tile, end)
             over = (last - first) % LANES or LANES
-            segments.append([self._kinds[k], *where, over, self._places[k][0]])
+            if not rows:
+                segments.append([self._kinds[k], tile, end, over, self._places[k][0]])
+                continue
+            most = last - first if self.couples else ARRAY_ROWS
+            for begin in range(first, last, most):
+                segments.append([self._kinds[k], begin, min(begin + most, last), over, self._places[k][0]])
         flat = np.array(segments, dtype=np.int64).ravel() if segments else np.zeros(5, dtype=np.int64)
         counts = [len(segments), steps, number, self.rows if rows else self.tiles]
         tables = self.loop.tables if len(self.loop.tables) else _NO_TABLES
@@ -269,6 +294,8 @@ class Program:
 
 _NO_TABLES = np.zeros(1)
 _NOTHING = np.zeros(1, dtype=np.int64)
+ARRAY_ROWS = 4096
+"""Rows that NumPy carries through all steps of a call before the next ones: so many numbers stay in a cache."""
 SKIN = 0.12
 """How much farther than the cutoff lists of neighbours reach, of the cutoff: they serve until a body has gone half of that."""
 

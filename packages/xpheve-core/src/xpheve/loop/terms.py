@@ -89,8 +89,9 @@ class Slots:
             self._add("middle_velocity", 3)
             if turning:
                 self._add("middle_spin", 3)
-        for term in pairs:
-            for name in sums_of(term):
+        self.sums, self.pair_work = _sums(pairs)
+        for names in self.sums.values():
+            for name in names:
                 self._add(name, 3)
         self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
@@ -109,10 +110,22 @@ class Slots:
         return (self.first[name] + component) * LANES
 
 
-def sums_of(term: Term) -> tuple[str, ...]:
-    """The slots that sum the force of a pair law: found once a step, or again with the velocity of the middle; and what works."""
-    name = "push" if term.of_velocity else "pull"
-    return (name,) if term.accounted else (name, f"{name}_working")
+def _sums(pairs: Sequence[Term]) -> tuple[dict[Term, tuple[str, ...]], tuple[str, ...]]:
+    """The slots that sum the forces of each pair law, and those that hold what works.
+
+    "pull" is found once a step, "push" again with the velocity of the middle. Where some have a potential and others have none, what works is
+    summed beside.
+    """
+    sums: dict[Term, tuple[str, ...]] = {}
+    work: list[str] = []
+    for name in ("pull", "push"):
+        mine = [term for term in pairs if term.of_velocity == (name == "push")]
+        mixed = len({term.accounted for term in mine}) > 1
+        for term in mine:
+            sums[term] = (name, f"{name}_working") if mixed and not term.accounted else (name,)
+        if any(not term.accounted for term in mine):
+            work.append(f"{name}_working" if mixed else name)
+    return sums, tuple(work)
 
 
 def columns_of(terms: Iterable[Term], turning: bool = False) -> tuple[str, ...]:
@@ -167,5 +180,4 @@ __all__ = [
     "rowwise",
     "shared_nodes",
     "summation_order",
-    "sums_of",
 ]

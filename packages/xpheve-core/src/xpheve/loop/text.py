@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from xpheve.loop.array_couples import ArrayPairText
+from xpheve.loop.array_fields import ArrayFieldText
 from xpheve.loop.couples import LISTED, NEAR, PairText
 from xpheve.loop.fields import AXES, ORIGIN, FieldText
 from xpheve.loop.terms import LANES, Slots, Term, columns_of
@@ -55,8 +56,8 @@ class LoopText:
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
         self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
-        outputs = [node for term in terms for node in (term.trace.motion if turns else term.trace.force or ())]
-        self.tables, self.slots.starts = packed(tables_of(outputs))
+        tables = dict.fromkeys(table for term in terms for table in tables_of(term.trace.motion))
+        self.tables, self.slots.starts = packed(list(tables))
         """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""
         self.reads_time = any("time" in term.trace.reads for term in terms)
 
@@ -76,7 +77,8 @@ class LoopText:
 
     def _fields(self, number: int, kind: tuple[Term, ...], arrays: bool) -> FieldText:
         turning = self.turning == ALL_TURN or (self.turning == TURN and any(term.of_turning for term in kind))
-        return FieldText(number, kind, self.slots, self.stored_work, arrays, turning)
+        maker = ArrayFieldText if arrays else FieldText
+        return maker(number, kind, self.slots, self.stored_work, turning)
 
     def _middles(self, arrays: bool) -> list[str]:
         """Functions that find the middles of all rows, and put the sums of pair forces to 0."""

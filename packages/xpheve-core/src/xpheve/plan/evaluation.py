@@ -100,9 +100,10 @@ class Evaluator:
         """Volumes [m^3] of the shapes, asked for once a row and shape."""
         known = self.bodies.volume
         for row in rows[np.isnan(known[rows])].tolist():
-            known[row] = _volume_of(self.bodies.objects[row])
+            volume = volume_of(self.bodies.objects[row])
+            known[row] = -1.0 if math.isnan(volume) else volume
         found: Array = known[rows]
-        return found
+        return np.where(found < 0.0, np.nan, found)
 
     def since(self, law: PhysicalLaw, obj: PhysicalObject) -> float:
         """When [s] ``obj`` came under ``law``, or ``law`` was enabled."""
@@ -271,7 +272,7 @@ def _jumps_of(law: ContinuousLaw, since: float) -> list[float]:
     return times
 
 
-def _volume_of(obj: PhysicalObject) -> float:
+def volume_of(obj: PhysicalObject) -> float:
     """Volume [m^3] of the shape; NaN where there is none, or no end to it."""
     volume = math.nan if obj.shape is None else obj.shape.volume
     return volume if math.isfinite(volume) else math.nan

@@ -19,6 +19,7 @@ from xpheve.forces import Force
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import leaves
+from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.plan.driven import Arrival, watch
@@ -380,7 +381,7 @@ def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]])
 def _functions_of(containers: Sequence[LawContainer]) -> list[Callable[..., Any]]:
     """The functions of conditions, in the order in which `Writer` meets them."""
     found = [leaf.expression for c in containers for leaf in leaves(c.condition) if isinstance(leaf, when.Crosses)]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(one for one in found if not isinstance(one, TextExpression)))
 
 
 def _revive_container(engine: Any, entry: Header, local: dict[str, type[LawContainer]], reader: Reader) -> LawContainer:

@@ -230,12 +230,12 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
 def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) -> None:
     """Take away the forces that ``law`` stored on ``objects``."""
     with world.instant() as transaction:
-        for obj in world.in_rank_order(objects):
-            if any(one.owner is law for one in world.forces.on(obj)):
-                if obj not in world.unplanned:
-                    transaction.touch(obj)
-                    transaction.forced.add(obj)
-                world.forces.withdraw(obj, law)
+        held = [obj for obj in world.in_rank_order(objects) if any(one.owner is law for one in world.forces.on(obj))]
+        planned = [obj for obj in held if obj not in world.unplanned]
+        transaction.touch_all(planned)
+        transaction.forced.update(planned)
+        for obj in held:
+            world.forces.withdraw(obj, law)
 
 
 def law_changed(world: World, law: PhysicalLaw, what: str) -> None:

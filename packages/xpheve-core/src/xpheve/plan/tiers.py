@@ -18,3 +18,10 @@ def choose_tier(wish: str, load: int) -> str:
     if wish == "always" or (wish == "auto" and load >= MANY):
         return COMPILED
     return INTERPRETED if load <= FEW else NUMPY
+
+
+def cost_of_step(tier: str, load: int) -> int:
+    """About how long a step over ``load`` rows and pairs takes, in units of a compiled row's 10 ns; by which long runs pause for breath."""
+    if tier == INTERPRETED:
+        return 200 * load
+    return load + (10_000 if tier == NUMPY else 0)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from xpheve.bodies import AUTHORED_WIDTHS, STATE_WIDTHS
 from xpheve.plan.stored import StoredForce
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from xpheve.plan.world import World
 
 NAMES = (*STATE_WIDTHS, *AUTHORED_WIDTHS)
+MANY = 32  # objects from which on arrays are quicker than rows one by one
 Values = dict[str, tuple[float, ...]]
 
 
@@ -84,6 +87,27 @@ class Transaction:
             bodies.re_base(row, world.time)
         return row
 
+    def touch_all(self, objects: Sequence[PhysicalObject]) -> None:
+        """`touch` each of ``objects``, their states read as arrays."""
+        new = [obj for obj in dict.fromkeys(objects) if obj not in self.touched]
+        if len(new) < MANY:
+            for obj in new:
+                self.touch(obj)
+            return
+        world, bodies = self.world, self.world.bodies
+        rows = np.array([obj._row for obj in new], dtype=np.int64)
+        held = {name: _tuples(bodies.arrays[name][:, rows]) for name in NAMES}
+        now = {name: world.read_all(name, world.time)[:, rows] for name in STATE_WIDTHS}
+        flown = held | {name: _tuples(values) for name, values in now.items()}
+        clocks = _tuples(bodies.clock[:, rows])
+        for k, obj in enumerate(new):
+            before, after = ({name: values[k] for name, values in table.items()} for table in (held, flown))
+            self.touched[obj] = Touched(before, clocks[k], after, list(world.forces.on(obj)), obj._driven)  # type: ignore[arg-type]
+        for name, values in now.items():
+            bodies.arrays[name][:, rows] = values
+        bodies.clock[0, rows], bodies.clock[1, rows] = world.time
+        bodies.change += 1
+
     def changed(self) -> list[PhysicalObject]:
         """The touched objects whose state or forces are other than flight had made them, in rank order."""
         bodies = self.world.bodies
@@ -132,3 +156,8 @@ class Transaction:
         if before is not None and before is not law and not same:
             self.clashes.append((before, law, name, obj))
         self.setters[obj, name] = law
+
+
+def _tuples(values: Any) -> list[tuple[float, ...]]:
+    """The columns of ``values``, shape (width, n)."""
+    return list(map(tuple, values.T.tolist()))

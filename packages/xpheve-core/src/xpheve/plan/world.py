@@ -31,7 +31,7 @@ from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
 from xpheve.plan.ranks import Ranks
 from xpheve.plan.stored import StoredForce, StoredForces
-from xpheve.plan.transaction import Transaction
+from xpheve.plan.transaction import MANY, Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
@@ -39,7 +39,7 @@ from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
 
-STRIDE = 20_000_000  # rows or pairs times steps in one call: some tenths of a second, so that nobody waits long
+STRIDE = 20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
@@ -280,8 +280,7 @@ class World:
             touched = transaction.touched[obj]
             if not touched.driven:
                 self._account(obj, touched.held, touched.clock, touched.flown)
-        for obj in transaction.forced:
-            self.sum_forces(obj)
+        self.sum_all(transaction.forced)
         rows = self._restart(changed, transaction)
         for obj, name in transaction.written:
             flown = transaction.touched[obj].flown if obj in transaction.touched else {}
@@ -334,6 +333,22 @@ class World:
         self.bodies.put("torque", obj._row, torque)
         self.bodies.put("working", obj._row, self.forces.working(obj)[0])
 
+    def sum_all(self, objects: Iterable[PhysicalObject]) -> None:
+        """`sum_forces` of each of ``objects``."""
+        found = list(objects)
+        if not found:
+            return
+        rows = np.array([obj._row for obj in found], dtype=np.int64)
+        totals = [self.forces.total(obj) for obj in found]
+        sums = {
+            "force": [force for force, _ in totals],
+            "torque": [torque for _, torque in totals],
+            "working": [self.forces.working(obj)[0] for obj in found],
+        }
+        for name, values in sums.items():
+            self.bodies.arrays[name][:, rows] = np.array(values).T
+        self.bodies.change += 1
+
     # Work of what has no potential
 
     def _account(
@@ -346,6 +361,12 @@ class World:
         """Add the work that the stored forces of ``obj`` without potential did over the flight that ends now."""
         transaction = self.transaction
         stored = transaction.touched[obj].forces if transaction is not None else self.forces.on(obj)
+        number = int(self.bodies.batch[obj._row])
+        torque = self.batches[number].state.arrays.get("torque") if number >= 0 else None
+        turned = torque is not None and torque[:, int(self.bodies.local[obj._row])].any()
+        works = number >= 0 and self.batches[number].working is not None
+        if not works and not turned and all(one.accounted for one in stored):
+            return
         way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
         work: dict[str, list[float]] = {}
         for one in stored:
@@ -354,14 +375,13 @@ class World:
                 work.setdefault(label, []).extend(f * d for f, d in zip(one.force.vector, way, strict=True))
         for label, parts in sorted(work.items()):
             self.add_work(label, math.fsum(parts))
-        number = int(self.bodies.batch[obj._row])
         if number < 0:
             return
         batch, local = self.batches[number], int(self.bodies.local[obj._row])
-        if batch.working is not None:
+        if works and batch.working is not None:
             force = batch.working[:, local]
             self.add_work(self._label(batch), math.fsum((force * np.array(way)).tolist()))
-        if bool(self.twisted(batch)[local]):
+        if turned:
             inertia = self.bodies.arrays["inertia"][:, [obj._row]]
             after, before = (
                 spin_energy(np.array([one["orientation"]]).T, np.array([one["angular_velocity"]]).T, inertia)[0]
@@ -483,12 +503,15 @@ class World:
         """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
         if self.settings.dt is None or self.grid is None or len(sources.hands) or self._is_heard(batch):
             return 1
+        from xpheve.plan.tiers import cost_of_step
+
         origin, dt, _ = self.grid
         number = self._number_at(begin)
         if number < 0:
             return 1
         end = min(need, sources.wall(begin, NEVER))
-        most = max(1, STRIDE // max(batch.state.count, sources.load))
+        load = max(batch.state.count, sources.load)
+        most = max(1, STRIDE // cost_of_step(self.tier_of(sources), load))
         span = elapsed(end, begin) / dt
         steps = int(min(most, span)) if math.isfinite(span) else most
         if steps < most and multiple(origin, number + steps, dt) < end:
@@ -645,11 +668,21 @@ class World:
         """Bring the rows of ``objects`` and their old groups to now, out of their batches."""
         old = {other: None for obj in objects for other in [obj, *self.groups.get(obj, [])] if other._row >= 0}
         found = self.in_rank_order(old)
+        states = self._states_of(found)
         for obj in found:
-            self._rebase_row(obj)
+            self._rebase_row(obj, states.get(obj))
         return found
 
-    def _rebase_row(self, obj: PhysicalObject) -> None:
+    def _states_of(self, objects: Sequence[PhysicalObject]) -> dict[PhysicalObject, tuple[tuple[float, ...], ...]]:
+        """The states of ``objects`` now, in the order of `STATE_WIDTHS`, where they are many enough to be read as arrays."""
+        if len(objects) < MANY:
+            return {}
+        rows = [obj._row for obj in objects]
+        columns = [map(tuple, self.read_all(name, self.time)[:, rows].T.tolist()) for name in STATE_WIDTHS]
+        return dict(zip(objects, zip(*columns, strict=True), strict=True))
+
+    def _rebase_row(self, obj: PhysicalObject, state: tuple[tuple[float, ...], ...] | None = None) -> None:
+        """Bring the row of ``obj`` to now, out of its batch; ``state`` is what it is now, if that is known."""
         bodies, row = self.bodies, obj._row
         number = int(bodies.batch[row])
         if number < 0:
@@ -658,7 +691,9 @@ class World:
         clock = bodies.clock_of(row)
         if clock != self.time or bodies.turn_clock_of(row) != self.time:
             held = {name: bodies.get(name, row) for name in STATE_WIDTHS}
-            flown = {name: self.read_row(row, name) for name in STATE_WIDTHS}
+            if state is None:
+                state = tuple(self.read_row(row, name) for name in STATE_WIDTHS)
+            flown = dict(zip(STATE_WIDTHS, state, strict=True))
             if not obj._driven:
                 self._account(obj, held, clock, flown)
             for name in STATE_WIDTHS:
@@ -676,9 +711,7 @@ class World:
         for law in self.ordered_laws(members):
             assert isinstance(law, FieldLaw)
             self.store_if_constant(law, members[law])
-        for obj in objects:
-            if self.forces.on(obj):
-                self.sum_forces(obj)
+        self.sum_all(obj for obj in objects if self.forces.on(obj))
 
     def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
@@ -699,6 +732,8 @@ class World:
 
     def read_rows(self, rows: Any, name: str) -> Array:
         """Column ``name`` of ``rows`` now, shape (width, rows)."""
+        if len(rows) >= MANY:
+            return self.read_all(name, self.time)[:, rows]
         return np.array([self.read_row(int(row), name) for row in rows]).T.reshape(WIDTHS[name], len(rows))
 
     def _store(self, law: FieldLaw, objects: list[PhysicalObject], force: Array | None, torque: Array | None) -> None:
@@ -708,11 +743,12 @@ class World:
         vectors = ((none if force is None else force) + 0.0).T.tolist()
         torques = ((none if torque is None else torque) + 0.0).T.tolist()
         ident = self.ident(law)
+        transaction = self.transaction
+        if transaction is not None:
+            transaction.touch_all([obj for obj in objects if obj not in self.unplanned])
         for obj, vector, twist in zip(objects, vectors, torques, strict=True):
             stored = StoredForce(_force(vector, ident, twist), law, NEVER, accounted)
-            transaction = self.transaction
             if transaction is not None and obj not in self.unplanned:
-                transaction.touch(obj)
                 if self.forces.replace(obj, stored):
                     transaction.forced.add(obj)
             else:

@@ -12,6 +12,7 @@ from xpheve.errors import InvalidValueError, OwnershipError, RecordError, Unknow
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PhysicalLaw
 from xpheve.laws import conditions as when
+from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.regions import Region
@@ -92,6 +93,8 @@ def encode(engine: Any, value: Any) -> Any:
         return {"shape": value.describe()}
     if isinstance(value, Region):
         return {"region": [value.shape.describe(), list(value.position), list(value.orientation)]}
+    if isinstance(value, TextExpression):
+        return value.text
     if isinstance(value, when.Condition):
         return {"condition": _condition(engine, value)}
     if isinstance(value, type) and issubclass(value, (PhysicalLaw, LawContainer)):

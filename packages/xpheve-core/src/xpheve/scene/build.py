@@ -17,6 +17,7 @@ import xpheve
 from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.forces import Force
 from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, conditions
+from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.scene.hold import UNIT_LENGTH, take_hold
@@ -292,9 +293,9 @@ class _Building:
         if key == "region":
             return read_region(value)
         if key == "expression":
-            raise ValueError(
-                "a Python function is needed, which a scene file cannot say; add this container by a script"
-            )
+            if not isinstance(value, str):
+                raise ValueError('text that says an expression of the body is needed, such as "body.position.z - 2.0"')
+            return TextExpression(value)
         if key == "match":
             return value
         if key in ("obj", "a", "b", "probe"):

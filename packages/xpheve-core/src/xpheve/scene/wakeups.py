@@ -1,7 +1,7 @@
 """Conditions, observers and probes in scene files, both ways.
 
 What a condition names is written by name: objects and laws as elsewhere in a file, probes by theirs. A region is its shape with a pose. The members
-of a combination are tables under ``of``. A function cannot be written.
+of a combination are tables under ``of``. A function cannot be written, but the text of an expression can.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from xpheve.errors import SceneError
 from xpheve.laws import PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import _Combination
+from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.regions import Region
@@ -51,9 +52,12 @@ def write_condition(condition: Any, label: str, called: Callable[[Any], str]) ->
             table["region"] = _write_region(value)
         elif isinstance(value, (PhysicalObject, Probe, PhysicalLaw)):
             table[field.name] = called(value)
+        elif isinstance(value, TextExpression):
+            table[field.name] = value.text
         elif callable(value):
             raise SceneError(
-                f"{label}: its condition {condition} holds a Python function, which a scene file cannot say; add this container by a script"
+                f"{label}: its condition {condition} holds a Python function, which a scene file cannot say: give its text, "
+                'Crosses("body.position.z - 2.0"), or add this container by a script'
             )
         elif field.name == "match" and isinstance(value, tuple):
             table["match"] = dict(value)

@@ -119,8 +119,18 @@ class FlightStepper(Stepper):
         self, state: FlightState, bodies: Bodies, t: Instant, name: str, out: Array, turning: Sequence[int]
     ) -> None:
         """Write orientation or angular velocity of the rows at places ``turning`` into ``out``."""
+        if name == "angular_velocity" and turning:
+            changing = self._changes_spin(state, bodies, np.array(turning, dtype=np.int64))
+            turning = [local for local, changes in zip(turning, changing.tolist(), strict=True) if changes]
         for local in turning:
             out[:, local] = self.read_row(state, bodies, t, name, local)
+
+    def _changes_spin(self, state: FlightState, bodies: Bodies, places: Rows) -> Array:
+        """Which of the rows at ``places`` may have another angular velocity than at their base: not free balls, nor points."""
+        inertia = bodies.arrays["inertia"][:, state.rows[places]]
+        even = (inertia[0] == inertia[1]) & (inertia[1] == inertia[2])
+        changes: Array = ~even | state.arrays["torque"][:, places].any(axis=0)
+        return changes
 
     def read_row(self, state: State, bodies: Bodies, t: Instant, name: str, local: int) -> tuple[float, ...]:
         assert isinstance(state, FlightState)

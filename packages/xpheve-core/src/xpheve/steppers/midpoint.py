@@ -134,10 +134,9 @@ class Midpoint(FlightStepper):
     ) -> dict[str, Array]:
         """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
         numbers = sources.pack(state, found)
-        changing = sources.program.loop.slots.changing
         kept = numbers.copy()
         sources.run(numbers, grid, steps)
-        if not np.isfinite(numbers[:changing]).all():
+        if sources.program.strays(numbers, grid.dt).any():
             self._fail(state, bodies, grid, steps, found, kept, sources)
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
@@ -152,17 +151,17 @@ class Midpoint(FlightStepper):
         sources: Sources,
     ) -> None:
         """Go to the last step that is finite, and raise what makes the next one fail."""
-        changing = sources.program.loop.slots.changing
+        strays = sources.program.strays
         good, bad = 0, steps
         best = kept
         while bad - good > 1:
             middle = (good + bad) // 2
             numbers = kept.copy()
             sources.run(numbers, grid, middle)
-            if np.isfinite(numbers[:changing]).all():
-                good, best = middle, numbers
-            else:
+            if strays(numbers, grid.dt).any():
                 bad = middle
+            else:
+                good, best = middle, numbers
         if good:
             trial = found | {"torque": np.zeros((3, state.count))} | sources.unpack(best)
             self._commit(state, bodies, slice(None), grid.point(good - 1), trial)
@@ -170,9 +169,11 @@ class Midpoint(FlightStepper):
         begin = grid.point(good)
         trial = self._ended(state, bodies, self.covered(state), sources)
         _Step(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
-        row = int(np.flatnonzero(~np.isfinite(numbers_of(kept, sources, grid, bad, changing)).all(axis=0))[0])
+        numbers = kept.copy()
+        sources.run(numbers, grid, bad)
+        row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
         raise LawFailedError(
-            f"motion leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
         )
 
     def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
@@ -427,10 +428,3 @@ def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
     t = a + b
     d = t - a
     return t, (a - (t - d)) + (b - d)
-
-
-def numbers_of(kept: Array, sources: Sources, grid: Grid, steps: int, changing: int) -> Any:
-    """What the program makes of ``kept`` in ``steps`` steps."""
-    numbers = kept.copy()
-    sources.run(numbers, grid, steps)
-    return numbers[:changing]

@@ -240,7 +240,16 @@ def at(place: Place) -> str:
     return f"At {line_of(place)}." if place[0] else ""
 
 
-HOUSE = ("xpheve.trace", "xpheve.laws", "xpheve.loop", "xpheve.plan", "numpy")
+HOUSE = (
+    "xpheve.trace",
+    "xpheve.laws",
+    "xpheve.loop",
+    "xpheve.plan",
+    "xpheve.engine",
+    "xpheve.scene",
+    "xpheve.realtime",
+    "numpy",
+)
 """Modules whose frames are never the author's line."""
 
 Place = tuple[str, int]

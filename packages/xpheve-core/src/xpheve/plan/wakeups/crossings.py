@@ -30,28 +30,42 @@ FEWEST = (
     64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
 )
 NODES = chebyshev.chebpts1(DEGREE + 1)
+TO_COEFFICIENTS = (2.0 / (DEGREE + 1)) * chebyshev.chebvander(NODES, DEGREE).T
+TO_COEFFICIENTS[0] *= (
+    0.5  # coefficients of the interpolant from its values at the nodes, where the polynomials are orthogonal
+)
 
 
-def window(f: Callable[[Array], Array], start: float, wish: float, end: float) -> tuple[float, float, list[State]]:
+def window(
+    f: Callable[[Array], Array], at: Callable[[float], float], start: float, wish: float, end: float
+) -> tuple[float, float, list[State]]:
     """A window [start, stop] in which ``f`` is resolved: stop, the length to wish for next, and from when which sign holds.
 
-    The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they depend on ``f``, ``start``, ``wish`` and ``end`` only.
+    ``f`` takes many times, ``at`` is the same for one. The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they
+    depend on ``f``, ``start``, ``wish`` and ``end`` only.
     """
     length = min(wish, end - start)
     shortest = max(SHORTEST * min(FIRST, end), FEWEST * math.ulp(start + length))
     while True:
         values = f(start + 0.5 * length * (NODES + 1.0))
-        coefficients: Array = np.asarray(chebyshev.chebfit(NODES, values, DEGREE), dtype=np.float64)
+        coefficients: Array = TO_COEFFICIENTS @ values
         largest = float(np.abs(coefficients).max())
         if float(np.abs(coefficients[-3:]).max()) <= RESOLVED * largest or length <= shortest:
             break
         length *= 0.5
     stop = end if start + length >= end else start + length
     wanted = length if length < wish and length < end - start else 2.0 * wish
-    return stop, wanted, _signs(f, start, stop, values, coefficients)
+    return stop, wanted, _signs(f, at, start, stop, values, coefficients)
 
 
-def _signs(f: Callable[[Array], Array], start: float, stop: float, values: Array, coefficients: Array) -> list[State]:
+def _signs(
+    f: Callable[[Array], Array],
+    at: Callable[[float], float],
+    start: float,
+    stop: float,
+    values: Array,
+    coefficients: Array,
+) -> list[State]:
     zeros = _zeros(coefficients)
     cuts = np.concatenate([[-1.0], zeros, [1.0]])
     places = np.unique(np.concatenate([cuts, 0.5 * (cuts[1:] + cuts[:-1])]))
@@ -67,13 +81,15 @@ def _signs(f: Callable[[Array], Array], start: float, stop: float, values: Array
         if not states:
             states.append((start, sign))
         elif states[-1][1] != sign:
-            states.append((_narrowed(f, low, time, sign), sign))
+            states.append((_narrowed(at, low, time, sign), sign))
         low = time
     return states or [(start, 0)]
 
 
 def _zeros(coefficients: Array) -> Array:
     """Candidates in (-1, 1), from the colleague matrix."""
+    if abs(float(coefficients[0])) > 1.001 * float(np.abs(coefficients[1:]).sum()):
+        return np.zeros(0)  # no T_k is beyond 1: the constant wins everywhere
     kept = chebyshev.chebtrim(coefficients, 1e-15 * float(np.abs(coefficients).max()))
     if len(kept) < 2:
         return np.zeros(0)
@@ -83,11 +99,11 @@ def _zeros(coefficients: Array) -> Array:
     return inside
 
 
-def _narrowed(f: Callable[[Array], Array], low: float, high: float, sign: int) -> float:
+def _narrowed(f: Callable[[float], float], low: float, high: float, sign: int) -> float:
     """The first float at which ``f`` has ``sign`` or is zero, between ``low``, where it has the other, and ``high``; by secants and halves."""
 
     def at(s: float) -> float:
-        return sign * float(f(np.array([s]))[0])
+        return sign * f(s)
 
     below, above = at(low), at(high)
     for k in range(200):

@@ -15,6 +15,7 @@ from xpheve.events import Entry
 from xpheve.laws import Contact, Event, LawContainer, PhysicalLaw
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import _Combination
+from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.plan.wakeups.delivery import Delivery
@@ -59,6 +60,8 @@ class Writer:
             return ["probe", value.name]
         if isinstance(value, PhysicalLaw):
             return ["law", self.law_numbers.get(value, -1)]
+        if isinstance(value, TextExpression):
+            return ["text", value.text]
         if callable(value):
             if value not in self.functions:
                 self.functions.append(value)
@@ -200,6 +203,8 @@ class Reader:
             return self.points.get(rest[0]) or Probe(rest[0])
         if kind == "law":
             return self.laws[rest[0]] if rest[0] >= 0 else None
+        if kind == "text":
+            return TextExpression(rest[0])
         if kind == "function":
             return self._function(*rest)
         return _frozen(rest[0])

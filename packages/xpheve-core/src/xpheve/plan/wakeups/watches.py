@@ -90,17 +90,19 @@ def next_change(states: list[State], motion: Motion, now: float, told: Any) -> S
         if state == told or (state == 0 and not isinstance(state, bool)):
             continue
         over = k == here and k + 1 < len(states) and states[k + 1][1] == told
-        if over and _is_rounding(motion, now, states[k + 1][0]):
+        if over and is_rounding(motion, now, states[k + 1][0]):
             continue
         return max(start, now), state
     return None
 
 
-def _is_rounding(motion: Motion, low: float, high: float) -> bool:
+def is_rounding(motion: Motion, low: float, high: float) -> bool:
+    """Whether the ways from ``low`` to ``high``, and half as far, so that none is long that comes back, are within rounding of the position."""
     for x, v, a in zip(motion.x, motion.v, motion.a, strict=True):
-        way = (high - low) * (v + 0.5 * (high + low) * a)
-        if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
-            return False
+        for top in (high, 0.5 * (low + high)):
+            way = (top - low) * (v + 0.5 * (top + low) * a)
+            if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
+                return False
     return True
 
 
