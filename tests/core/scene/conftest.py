@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import pytest
 
 from xpheve.errors import InvalidValueError
-from xpheve.laws import Column, Event, FieldLaw, LawContainer, PairLaw, Param, PhysicalLaw
+from xpheve.laws import Column, Constant, Event, FieldLaw, LawContainer, PairLaw, Param, PhysicalLaw
 from xpheve.laws.conditions import Condition, Elapsed, Started
 from xpheve.plugins import Registry
 from xpheve.shapes import Shape
@@ -35,8 +35,10 @@ class Charged(FieldLaw):
     id = "toy:charged"
     columns: ClassVar[dict[str, Column]] = {"charge": Column(0.0, unit="C", ge=-1.0)}
 
+    field = Constant(1.0, unit="N/C")
+
     def force(self, body: Any) -> Any:
-        return body.charge * body.up
+        return self.field * body.charge * body.up
 
 
 class Pull(PairLaw):

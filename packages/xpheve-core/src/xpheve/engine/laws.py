@@ -10,6 +10,7 @@ from xpheve.errors import InvalidValueError, LawDefinitionError, OwnershipError
 from xpheve.laws import ContinuousLaw, LawContainer, PairLaw, PhysicalLaw
 from xpheve.laws.conditions import Condition
 from xpheve.plan import scenery
+from xpheve.plan.proof import require_formula
 from xpheve.plan.wakeups.references import check_references
 from xpheve.realtime.doors import door
 
@@ -51,7 +52,7 @@ class Laws(Hosting):
                 raise OwnershipError(f"{made.label()}: {word} {obj!r}, which is not in this engine: add it first")
         if isinstance(made, PairLaw):
             made.reach()
-        _require_formula(made)
+        require_formula(made)
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
@@ -164,7 +165,7 @@ class Laws(Hosting):
         for law in container.laws:
             if law.engine not in (None, self):
                 raise OwnershipError(f"{container!r} holds {law!r}, which is in another engine")
-            _require_formula(law)
+            require_formula(law)
 
     def _take_law(self, law: PhysicalLaw) -> None:
         """``law``, checked, is in this engine from now on."""
@@ -180,7 +181,7 @@ class Laws(Hosting):
         """``law`` is about to be put into a container of this engine: it comes along, unless it is elsewhere."""
         if law.engine is None:
             self._check_law_name(law)
-            _require_formula(law)
+            require_formula(law)
             self._take_law(law)
         elif law.engine is not self:
             raise OwnershipError(f"{law!r} is in another engine; make another: type(law)(**law.parameters)")
@@ -222,14 +223,6 @@ class Laws(Hosting):
         if not isinstance(container, LawContainer) or container.engine is not self:
             raise OwnershipError(f"{container!r} is no container of this engine")
         self._structurally(lambda: scenery.remove_container(self._world, container))
-
-
-def _require_formula(law: PhysicalLaw) -> None:
-    """Raise `TraceError` if ``law`` is a field or pair law that says no formula."""
-    if isinstance(law, ContinuousLaw):
-        from xpheve.trace.recorder import trace_law
-
-        trace_law(law)
 
 
 __all__ = ["Laws"]

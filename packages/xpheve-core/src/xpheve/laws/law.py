@@ -280,7 +280,11 @@ class FieldLaw(ContinuousLaw):
 
     @_silent
     def apply(self, body: BodyView) -> Any:
-        """Forces [N], shape (n, 3), in plain NumPy: in place of `force` where no formula does. Never traced, so never compiled."""
+        """Forces [N], shape (n, 3), in plain NumPy: in place of `force` where no formula does. Never traced, so never compiled.
+
+        Its units are not checked, and it is called for each evaluation, so that the objects of its batch step law by law. There is no
+        `torque` beside it: a second law may have one. A `potential` beside it is called in NumPy, too, and not held against the force.
+        """
         raise LawDefinitionError(f"{type(self).__name__}: write apply(self, body)")
 
     @_silent
@@ -376,7 +380,10 @@ class PairLaw(ContinuousLaw):
 
     @_silent
     def apply(self, a: BodyView, b: BodyView) -> Any:
-        """Forces [N] on ``a`` of each pair, shape (pairs, 3), in plain NumPy, in place of `force`. Never traced, so never compiled."""
+        """Forces [N] on ``a`` of each pair, shape (pairs, 3), in plain NumPy, in place of `force`. Never traced, so never compiled.
+
+        As `FieldLaw.apply`, but that pairs come some at a time: it may look at the pairs it is given alone.
+        """
         raise LawDefinitionError(f"{type(self).__name__}: write apply(self, a, b)")
 
     @_silent

@@ -7,6 +7,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class Evaluator:
         self.bodies = bodies
         self.mapping = mapping
         self.up = np.array(UP[up])
+        self.seen: WeakKeyDictionary[ContinuousLaw, set[str]] = WeakKeyDictionary()
+        """What laws that are called were seen to read."""
 
     def read(self, law: ContinuousLaw, name: str, rows: Rows, time: float, state: Fetch) -> Any:
         """What ``law`` calls ``name`` of ``rows``, shape (width, rows); of the scene a number, or shape (3,).
@@ -96,6 +99,9 @@ class Evaluator:
 
         return BodyView(fetch, reads, len(rows))
 
+    def _remember(self, law: ContinuousLaw, reads: set[str]) -> None:
+        self.seen.setdefault(law, set()).update(reads)
+
     def volumes(self, rows: Rows) -> Array:
         """Volumes [m^3] of the shapes, asked for once a row and shape."""
         known = self.bodies.volume
@@ -116,7 +122,9 @@ class Evaluator:
         trace = trace_law(law)
         if trace is None:
             view = self.view(law, rows, time, state, reads)
-            return self._checked(law, _called(law), (view,), rows, time), None
+            found = self._checked(law, _called(law), (view,), rows, time)
+            self._remember(law, reads)
+            return found, None
         reads |= trace.reads
         found = self._run(law, trace.motion_arrays, {"": (rows, state)}, time)
         parts: list[Array | None] = [None, None]
@@ -135,7 +143,9 @@ class Evaluator:
         trace = trace_law(law)
         if trace is None:
             views = [self.view(law, rows, time, one, reads) for rows, one in sides.values()]
-            return self._checked(law, _called(law), views, a, time)
+            found = self._checked(law, _called(law), views, a, time)
+            self._remember(law, reads)
+            return found
         reads |= trace.reads
         return self._finite(law, "force", self._run(law, trace.motion_arrays, sides, time), a, time)
 

@@ -124,7 +124,8 @@ def told_of(
     }
     trace = _trace_of(law)
     if trace is None:
-        return found | {"kind": _why_untraced(law), "operations": None}
+        reads = sorted(world.evaluator.seen.get(law, ()))
+        return found | {"reads": reads, "kind": _why_untraced(law), "operations": None}
     nature = _nature_of(law, trace)
     return found | {
         "reads": sorted(trace.reads),

@@ -1,15 +1,23 @@
-"""Laws tried by numbers when they first act: once a formula and process."""
+"""What is asked of a law before it may act: a formula when it is added, and numbers that fit when it first acts, once a formula and process."""
 
 from __future__ import annotations
 
 from weakref import WeakValueDictionary
 
-from xpheve.laws import ContinuousLaw
+from xpheve.laws import ContinuousLaw, PhysicalLaw
 from xpheve.plan.hand_kernels import is_by_hand
 from xpheve.trace.law_trace import LawTrace
 
 _PROVEN: WeakValueDictionary[int, LawTrace] = WeakValueDictionary()
 """The traces that stood, by their identity."""
+
+
+def require_formula(law: PhysicalLaw) -> None:
+    """Raise `TraceError` if ``law`` is a field or pair law that says no formula, and has neither `apply` nor a kernel."""
+    if isinstance(law, ContinuousLaw):
+        from xpheve.trace.recorder import trace_law
+
+        trace_law(law)
 
 
 def prove(law: ContinuousLaw, trace: LawTrace) -> None:

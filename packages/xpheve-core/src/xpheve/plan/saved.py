@@ -24,6 +24,7 @@ from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.plan.driven import Arrival, watch
 from xpheve.plan.groups import Batch, choose, find_group
+from xpheve.plan.proof import require_formula
 from xpheve.plan.stored import StoredForce
 from xpheve.plan.wakeups.saving import Reader, Writer
 from xpheve.plan.world import World
@@ -499,6 +500,7 @@ def _build_laws(
     engine: Any, world: World, header: Header, laws: Sequence[PhysicalLaw], containers: Sequence[LawContainer]
 ) -> None:
     for law, entry in zip(laws, header["laws"], strict=True):
+        require_formula(law)
         law.engine = engine
         world.laws[law] = entry["serial"]
         if entry["switches"]:
