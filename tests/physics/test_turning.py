@@ -87,7 +87,48 @@ def pulled_up(count: int = 1) -> Any:
     return engine, bodies
 
 
+class Spun(xp.PairLaw):
+    """A pull that follows the spins of both."""
+
+    strength = xp.Param(0.2, unit="N*s/rad", doc="k.")
+
+    def force(self, a: Any, b: Any) -> Any:
+        """F = k (w_a + w_b) [N]."""
+        return self.strength * (a.angular_velocity + b.angular_velocity)
+
+
+def coupled_spins(count: int = 2) -> Any:
+    """Tops whose pull on one another follows their spins."""
+    return several([(Spun, {})], max(count, 2))
+
+
+def netted(count: int = 2) -> Any:
+    """Tops on a turntable, joined by springs and dampers."""
+    engine, bodies = turntable(max(count, 2))
+    for law, options in (("basic:spring", {"stiffness": 3.0}), ("basic:damper", {"damping": 0.4})):
+        added = engine.add_law(law, **options)
+        for body in bodies:
+            engine.map(body, added)
+    return engine, bodies
+
+
+def mixed(count: int = 3) -> Any:
+    """Objects that springs join: tops under a torque, stones with lift, a free top, and one that does not spin."""
+    engine, bodies = several([], max(count, 4), displaced_volume=0.5)
+    spring = engine.add_law("basic:spring", stiffness=2.0)
+    laws = [engine.add_law(Twist), engine.add_law("basic:magnus"), engine.add_law("basic:linear_drag", coefficient=0.1)]
+    for k, body in enumerate(bodies):
+        engine.map(body, spring)
+        if k % 4 < 3:
+            engine.map(body, laws[k % 4])
+        else:
+            body.angular_velocity = (0.0, 0.0, 0.0)
+    return engine, bodies
+
+
 SCENES: dict[str, Build] = {
+    "net": netted,
+    "mixed": mixed,
     "frame": turntable,
     "thrust": rockets,
     "lift": balls,
@@ -145,7 +186,7 @@ def test_a_run_goes_on_from_a_checkpoint_as_it_would_have_gone_on(name: str) -> 
     engine.run(until=0.3, dt=1 / 64)
     kept = engine.checkpoint()
     engine.run(until=1.0, dt=1 / 64)
-    again = xp.PhysicsEngine.restore(kept, laws=[Twist] if name == "torque" else [])
+    again = xp.PhysicsEngine.restore(kept, laws=[Twist] if name in ("torque", "mixed") else [])
     again.run(until=1.0, dt=1 / 64)
     assert (state(again.objects) == state(bodies)).all()
 
@@ -208,3 +249,33 @@ def test_a_spin_that_goes_beyond_all_floats_is_an_error_that_names_the_object() 
     engine, (body,) = several([(Runaway, {})], 1)
     with pytest.raises(LawFailedError, match=body.label):
         engine.run(until=100.0, dt=0.1)
+
+
+@pytest.mark.parametrize("wish", ["never", "always"])
+@pytest.mark.parametrize("count", [2, 20])
+def test_a_torque_that_is_put_out_acts_no_more(wish: str, count: int) -> None:
+    engine, bodies = several([(Twist, {"stiffness": 0.0})], count)
+    engine._world.compile = wish
+    (law,) = engine.laws
+    for k in range(6):
+        law.enabled = k % 2 == 0
+        before = engine.angular_momentum()
+        engine.run(until=0.25 * (k + 1), dt=1 / 64)
+        lost = np.linalg.norm(before) - np.linalg.norm(engine.angular_momentum())
+        assert lost > 0.1 if law.enabled else abs(lost) < 1e-11 * np.linalg.norm(before)
+    assert np.isfinite(state(bodies)).all()
+
+
+def test_a_law_between_objects_that_turn_has_order_two_and_leaves_their_rotation_in_closed_form() -> None:
+    found = []
+    for n in (32, 64, 128, 256):
+        engine, bodies = coupled_spins()
+        omega: Any = bodies[0].angular_velocity
+        engine.run(until=1.0, dt=1.0 / n)
+        found.append(state(bodies))
+    first, second, third = (np.abs(a - b)[:, :6].max() for a, b in itertools.pairwise(found))
+    assert first / second == pytest.approx(4.0, rel=0.1)
+    assert second / third == pytest.approx(4.0, rel=0.1)
+    q, spin = free_rotation.turn(free_rotation.prepare((1.0, 0.0, 0.0, 0.0), omega, TOP), 1.0)
+    assert np.array(bodies[0].orientation) == pytest.approx(np.array(q), abs=1e-12)
+    assert np.array(bodies[0].angular_velocity) == pytest.approx(np.array(spin), abs=1e-12)
