@@ -152,3 +152,20 @@ def test_the_volume_and_inertia_of_an_object_can_be_read() -> None:
 
     found = told(level, 3.0, shape=xp.Box((1.0, 1.0, 1.0)), mass=6.0, velocity=(0, 0, 1.0))
     assert found == pytest.approx([0.4], abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        lambda body: (body.time - 2.5) * (body.time - 1.0),
+        lambda body: (body.time - 2.5) * (body.time - 1.0) * (2.0 + np.sin(body.time)),
+    ],
+)
+def test_an_expression_of_time_is_followed_for_an_object_that_stands(expression: Any) -> None:
+    assert told(expression, 4.0) == [1.0, 2.5]
+    assert told(lambda body: body.time - 2.5, 4.0) == [2.5]
+
+
+def test_a_slow_turn_far_away_is_a_crossing_of_the_velocity() -> None:
+    found = told(lambda body: body.velocity.x, 1.0, (1.0, 0, 0), position=(1e6, 0, 0), velocity=(-1e-9, 0, 0))
+    assert found == [1e-9]

@@ -122,3 +122,16 @@ def test_a_scene_file_says_it_and_is_written_again(tmp_path: Path) -> None:
     assert 'expression = "body.position.z - 1.0"' in (tmp_path / "scene.toml").read_text()
     again = xp.PhysicsEngine.load_scene(tmp_path / "scene.toml")
     assert again.containers[0].condition == engine.containers[0].condition
+
+
+def test_a_text_that_is_added_while_a_log_is_kept_is_replayed() -> None:
+    engine = xp.PhysicsEngine(up="z")
+    body = engine.add_object(xp.PhysicalObject(velocity=(0, 0, 6.0), name="ball"))
+    first = engine.copy()
+    engine.start()
+    container = engine.add_container(xp.LawContainer(when.Crosses("body.position.z - 1e6"), name="c"))
+    engine.terminate()
+    first.replay(engine.inputs)
+    assert body in engine.objects and container in engine.containers
+    held = first.containers[0]
+    assert held.name == "c" and held.condition == when.Crosses("body.position.z - 1e6")

@@ -39,9 +39,9 @@ class CrossWatch(Watch):
             record.begin, record.start, record.wish = motion.begin, 0.0, FIRST
         course = Course(self.world, self.trace, subject, motion)
         if motion.span == 0.0 or not self.trace.moves:
-            return Outlook([(0.0, _sign(course.at(0.0)))])
+            return Outlook([(0.0, _sign(course.at(0.0)))], reads=self.trace.reads)
         if self.trace.polynomial is not None:
-            return Outlook(_polynomial_states(course.coefficients(), motion))
+            return Outlook(_polynomial_states(course.coefficients(), motion, self.trace.reads), reads=self.trace.reads)
         return self._in_windows(course, motion, record, now)
 
     def _in_windows(self, course: Course, motion: Motion, record: Record, now: float) -> Outlook:
@@ -49,9 +49,9 @@ class CrossWatch(Watch):
         while True:
             stop, wish, states = self._window(course, motion, record, limit)
             if "time" not in self.trace.reads and is_still(self.world, course.subject):
-                return Outlook(states)
+                return Outlook(states, reads=self.trace.reads)
             if stop > now or stop >= limit:
-                return Outlook(states, stop if stop < limit else NEVER[0], wish)
+                return Outlook(states, stop if stop < limit else NEVER[0], wish, self.trace.reads)
             record.start, record.wish = stop, wish
 
     def _window(self, course: Course, motion: Motion, record: Record, limit: float) -> Window:
@@ -68,7 +68,7 @@ def _sign(number: float) -> int:
     return (number > 0.0) - (number < 0.0)
 
 
-def _polynomial_states(c: Quartic, motion: Motion) -> list[State]:
+def _polynomial_states(c: Quartic, motion: Motion, reads: frozenset[str]) -> list[State]:
     """From when which sign of the polynomial ``c`` holds along ``motion``."""
     changes = sign_changes(c, 0.0, motion.span)
     edges = [0.0, *changes, motion.span]
@@ -78,7 +78,7 @@ def _polynomial_states(c: Quartic, motion: Motion) -> list[State]:
         if sign == 0 or (states and states[-1][1] == sign):
             continue
         begin = 0.0 if not states else _reached(c, low)
-        if len(states) == 1 and is_rounding(motion, 0.0, begin):
+        if len(states) == 1 and is_rounding(motion, 0.0, begin, reads):
             states.clear()  # it began on the edge, a unit on the wrong side of it
             begin = 0.0
         states.append((begin, sign))

@@ -133,7 +133,7 @@ class Tracker:
         if record.state is None:
             here = [state for start, state in outlook.states if start <= now] or [outlook.states[0][1]]
             record.state = here[-1]
-        found = next_change(outlook.states, motion, now, record.state)
+        found = next_change(outlook.states, motion, now, record.state, outlook.reads)
         if found is not None and found[0] <= motion.span:
             at = world.time if found[0] <= now else max(later(motion.begin, found[0]), world.time)
             self._push(watch, subject, at, motion, found[0], found[1])

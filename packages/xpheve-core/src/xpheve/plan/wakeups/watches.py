@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from xpheve.events import AFTER, START, Entry
 from xpheve.kernels.clock import NEVER
+from xpheve.kernels.vector import Vec
 from xpheve.laws import conditions as when
 from xpheve.laws.conditions import Condition
 from xpheve.observers import Probe
@@ -14,6 +15,7 @@ from xpheve.plan.wakeups.inside import State, inside
 from xpheve.plan.wakeups.motion import Motion, Subject, is_still
 from xpheve.regions import Region
 
+POSITION = frozenset({"position"})
 FIRST = 1.0  # [s] the first window of a flight
 
 
@@ -38,6 +40,8 @@ class Outlook(NamedTuple):
     states: list[State]
     end: float = NEVER[0]
     wish: float = FIRST
+    reads: frozenset[str] = POSITION
+    """What the states are made of."""
 
 
 class Watch(ABC):
@@ -76,12 +80,15 @@ class SleepWatch(Watch):
 
 
 ROUNDING = 1e-14  # of the coordinates: a way so short is no way
+LASTING = frozenset({"time", "orientation", "angular_velocity"})  # what changes although the position may not
 
 
-def next_change(states: list[State], motion: Motion, now: float, told: Any) -> State | None:
+def next_change(
+    states: list[State], motion: Motion, now: float, told: Any, reads: frozenset[str] = POSITION
+) -> State | None:
     """When a state other than ``told`` begins, at ``now`` at the earliest; None if it does not. A sign of 0 is unknown.
 
-    A state other than ``told`` that begins with a new flight and is over within rounding of the position is none: a flight that
+    A state other than ``told`` that begins with a new flight and is over within rounding of what is read is none: a flight that
     begins on an edge may begin a unit on the wrong side of it.
     """
     here = max((k for k, (start, _) in enumerate(states) if start <= now), default=0)
@@ -90,13 +97,24 @@ def next_change(states: list[State], motion: Motion, now: float, told: Any) -> S
         if state == told or (state == 0 and not isinstance(state, bool)):
             continue
         over = k == here and k + 1 < len(states) and states[k + 1][1] == told
-        if over and is_rounding(motion, now, states[k + 1][0]):
+        if over and is_rounding(motion, now, states[k + 1][0], reads):
             continue
         return max(start, now), state
     return None
 
 
-def is_rounding(motion: Motion, low: float, high: float) -> bool:
+def is_rounding(motion: Motion, low: float, high: float, reads: frozenset[str] = POSITION) -> bool:
+    """Whether all that is read changes from ``low`` to ``high`` by no more than rounding."""
+    if reads & LASTING and high - low > ROUNDING * (abs(motion.begin[0]) + high):
+        return False
+    if "velocity" in reads and (high - low) * _largest(motion.a) > ROUNDING * (
+        _largest(motion.v) + high * _largest(motion.a)
+    ):
+        return False
+    return "position" not in reads or _is_no_way(motion, low, high)
+
+
+def _is_no_way(motion: Motion, low: float, high: float) -> bool:
     """Whether the ways from ``low`` to ``high``, and half as far, so that none is long that comes back, are within rounding of the position."""
     for x, v, a in zip(motion.x, motion.v, motion.a, strict=True):
         for top in (high, 0.5 * (low + high)):
@@ -104,6 +122,10 @@ def is_rounding(motion: Motion, low: float, high: float) -> bool:
             if abs(way) > ROUNDING * (abs(x) + abs(high * v) + 1e-300):
                 return False
     return True
+
+
+def _largest(vector: Vec) -> float:
+    return max(map(abs, vector))
 
 
 def watch_key(leaf: Condition) -> tuple[Any, ...] | None:
