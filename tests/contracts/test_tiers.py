@@ -74,8 +74,19 @@ class Everything(xp.FieldLaw):
         r, w = x.norm(), v.norm()
         bounded = np.sin(x.x) + np.cos(3.0 * x.y) * np.tanh(v.z) + np.arctan2(x.y, x.x) + np.tan(0.3 * np.sin(t))
         logs = np.log(1.0 + r) + np.log1p(w) + np.exp(-r) - np.expm1(-w * w) + np.cbrt(x.z) + np.power(1.0 + r, 0.3)
-        trig = np.arcsin(np.tanh(x.x)) - np.arccos(np.tanh(v.y)) + np.arctan(v.x) + np.sinh(np.tanh(x.y)) / np.cosh(x.z / (1.0 + r))
-        odd = np.minimum(x.x, v.y) - np.maximum(x.y, -v.x) + np.abs(v.z) * np.sign(x.z) + np.hypot(x.x, v.y) + np.floor(x.y)
+        trig = (
+            np.arcsin(np.tanh(x.x))
+            - np.arccos(np.tanh(v.y))
+            + np.arctan(v.x)
+            + np.sinh(np.tanh(x.y)) / np.cosh(x.z / (1.0 + r))
+        )
+        odd = (
+            np.minimum(x.x, v.y)
+            - np.maximum(x.y, -v.x)
+            + np.abs(v.z) * np.sign(x.z)
+            + np.hypot(x.x, v.y)
+            + np.floor(x.y)
+        )
         chosen = xp.where((x.x > 0.0) & (v.y <= 1.0) | ~(x.z != v.z), x.x / (1.0 + r), v.y - x.z)
         whole = (1.0 + r) ** -3 + x.z**3 / (1.0 + r**4) + np.sqrt(1.0 + w)
         turn = 1.0 if self.kind == "odd" else -1.0
@@ -161,7 +172,9 @@ def balls(count: int, seed: int, spread: float = 3.0, **columns: float) -> list[
         speed = tuple(chance.uniform(-2.0, 2.0) for _ in range(3))
         given: Any = {name: value * (1.0 + 0.1 * chance.random()) for name, value in columns.items()}
         found.append(
-            xp.PhysicalObject(mass=chance.uniform(0.5, 2.0), position=place, velocity=speed, name=f"ball{k:03}", **given)
+            xp.PhysicalObject(
+                mass=chance.uniform(0.5, 2.0), position=place, velocity=speed, name=f"ball{k:03}", **given
+            )
         )
     return found
 
@@ -317,9 +330,7 @@ def test_the_order_in_which_objects_came_changes_no_bit(scene: Scene, order: int
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("stride", [1, 7 * 70, 7 * 10_070, 10**15])
-def test_how_many_steps_a_call_makes_changes_no_bit(
-    scene: Scene, stride: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_how_many_steps_a_call_makes_changes_no_bit(scene: Scene, stride: int, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = state(ran(scene, COMPILED))
     monkeypatch.setattr(world_module, "STRIDE", stride)
     for tier in (COMPILED, NUMPY) if scene in EXACT else (COMPILED,):

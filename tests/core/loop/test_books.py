@@ -69,7 +69,6 @@ def windy(count: int = 6, **options: Any) -> tuple[xp.PhysicsEngine, dict[str, x
     return engine, laws
 
 
-
 def exact(compile: str) -> xp.PhysicsEngine:
     """Forces without potentials alone, whose work is force times way: there the books are exact for any step."""
     engine = xp.PhysicsEngine(compile=compile)
@@ -205,7 +204,9 @@ def test_pairs_keep_momentum_and_angular_momentum(compile: str) -> None:
     for k in range(6):
         place, speed = (tuple(chance.uniform(-2.0, 2.0) for _ in range(3)) for _ in range(2))
         objects.append(
-            engine.add_object(xp.PhysicalObject(mass=1.0 + k, position=place, velocity=speed, charge=1e-6, name=f"b{k}"))
+            engine.add_object(
+                xp.PhysicalObject(mass=1.0 + k, position=place, velocity=speed, charge=1e-6, name=f"b{k}")
+            )
         )
     engine.add_law("basic:spring", pairs=list(itertools.pairwise(objects)), stiffness=5.0)
     engine.add_law("basic:damper", pairs=list(itertools.combinations(objects, 2))[::2], damping=0.05)

@@ -72,7 +72,9 @@ def state(engine: xp.PhysicsEngine) -> list[Any]:
 @ways
 def test_a_force_without_value_stops_the_run_just_before_its_step(compile: str, count: int) -> None:
     engine, law = scene(Fading, compile, count)
-    with pytest.raises(LawFailedError, match=r"failing:fading\.force gave \(.*nan.*\) for .*'b00'.* at t = 0\.50[0-9]* s") as info:
+    with pytest.raises(
+        LawFailedError, match=r"failing:fading\.force gave \(.*nan.*\) for .*'b00'.* at t = 0\.50[0-9]* s"
+    ) as info:
         engine.run(until=3.0, dt=0.001)
     assert info.value.law is law
     assert engine.time == pytest.approx(0.5, abs=1e-12)

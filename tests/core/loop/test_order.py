@@ -123,7 +123,12 @@ def watched(compile: str, every: float | None = None) -> list[Any]:
     engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True, name="floor"), [bounce])
     for k in range(5):
         ball = xp.PhysicalObject(
-            xp.Sphere(0.1), mass=0.1, position=(k, 0.0, 1.5 + 0.3 * k), velocity=(0.0, 0.3, 0.0), drag_area=0.03, name=f"b{k}"
+            xp.Sphere(0.1),
+            mass=0.1,
+            position=(k, 0.0, 1.5 + 0.3 * k),
+            velocity=(0.0, 0.3, 0.0),
+            drag_area=0.03,
+            name=f"b{k}",
         )
         engine.add_object(ball, [weight, drag, bounce, heard] if k < 4 else [weight, drag])
     engine.run(until=2.0, dt=0.01, every=every)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -51,7 +51,8 @@ class BatchProgram:
         objects = [world.bodies.objects[row] for row in rows.tolist()]
         fields = [law for law in laws if isinstance(law, FieldLaw)]
         sets = self._law_sets(objects, fields)
-        ranks = np.array([obj.rank for obj in objects])
+        # Without pairs nothing is summed over rows, and they stay as they lie.
+        ranks = np.array([obj.rank for obj in objects]) if pairs else np.arange(len(objects))
         firsts = {one: k for k, one in enumerate(sorted(set(sets), key=lambda s: tuple(laws.index(law) for law in s)))}
         keys = np.array([firsts[one] for one in sets], dtype=np.int64)
         self.order: Places = np.lexsort((ranks, keys))
@@ -145,17 +146,37 @@ class BatchProgram:
 
     # Numbers
 
+    @cached_property
+    def _take(self) -> slice | Places:
+        """The batch's rows in the order of the program; all as they are, if that is theirs."""
+        plain = bool((self.order == np.arange(len(self.order))).all())
+        return slice(None) if plain else self.order
+
+    @cached_property
+    def _placed(self) -> slice | Rows:
+        """The engine's rows in the order of the program; a slice if they lie side by side."""
+        rows = self.rows[self.order]
+        side_by_side = len(rows) > 0 and bool((np.diff(rows) == 1).all())
+        return slice(int(rows[0]), int(rows[-1]) + 1) if side_by_side else rows
+
+    @cached_property
+    def _everyone(self) -> Rows:
+        """The engine's rows in the order of the program, and those that only act."""
+        return np.concatenate([self.rows[self.order], self.sources])
+
     def pack(self, found: dict[str, Array]) -> Array:
         """The numbers of the program's rows: ``found`` of the batch's, by name; masses, stored forces and columns as they are."""
         program = self.program = self._program_of(self._turning(found["stepped"]))
         slots, bodies = program.loop.slots, self.world.bodies
         numbers = np.empty((slots.width, program.rows))
         moving = program.moving
-        rows = self.rows[self.order]
-        numbers[: slots.changing] = 0.0
+        rows = self._placed
+        for name in ("acceleration", "working"):
+            numbers[slots.first[name] : slots.first[name] + 3] = 0.0
         for name in ("position", "velocity", "position_rest", "velocity_rest", "work", "work_rest"):
             first, given = slots.first[name], found[name]
-            numbers[first : first + len(given), :moving] = given[:, self.order]
+            numbers[first : first + len(given), :moving] = given[:, self._take]
+            numbers[first : first + len(given), moving:] = 0.0
         if "spread" in slots.first:
             self._put_rotation(numbers, found, rows)
         mass = bodies.arrays["mass"][0, rows]
@@ -165,9 +186,9 @@ class BatchProgram:
         if "stored_working" in slots.first:
             at = slots.first["stored_working"]
             numbers[at : at + 3, :moving] = bodies.arrays["working"][:, rows]
-        everyone = rows
+        everyone: Rows | slice = rows
         if len(self.sources):
-            everyone = np.concatenate([rows, self.sources])
+            everyone = self._everyone
             numbers[slots.first["position"] : slots.first["position"] + 3, moving:] = bodies.arrays["position"][
                 :, self.sources
             ]
@@ -179,7 +200,7 @@ class BatchProgram:
             self._put_column(numbers, name, everyone)
         return numbers
 
-    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: Rows) -> None:
+    def _put_rotation(self, numbers: Array, found: dict[str, Array], rows: Rows | slice) -> None:
         """Rotation, stored torques and moments; of rows that only act, none."""
         slots, bodies, moving = self.program.loop.slots, self.world.bodies, self.program.moving
         excess, spread, inverse = moments(bodies.arrays["inertia"][:, rows])
@@ -197,7 +218,7 @@ class BatchProgram:
             numbers[at : at + len(value)] = 0.0
             numbers[at : at + len(value), :moving] = value
 
-    def _put_column(self, numbers: Array, name: str, rows: Rows) -> None:
+    def _put_column(self, numbers: Array, name: str, rows: Rows | slice) -> None:
         at, bodies = self.program.loop.slots.first[name], self.world.bodies
         if name in bodies.arrays:
             values = bodies.arrays[name][:, rows]
@@ -205,9 +226,9 @@ class BatchProgram:
         elif name in bodies.columns:
             numbers[at] = bodies.columns[name][rows]
         elif name == "volume":
-            numbers[at] = self.world.evaluator.volumes(rows)
+            numbers[at] = self.world.evaluator.volumes(self._everyone)
         else:
-            numbers[at] = self._since(rows)
+            numbers[at] = self._since(self._everyone)
 
     def _since(self, rows: Rows) -> Array:
         """When [s] each row came under the laws that read it; a segment has one law that does, or one answer for all."""
@@ -227,7 +248,10 @@ class BatchProgram:
         found = {}
         for name, width in slots.run.items():
             first = slots.first[name]
-            values = np.empty((width, moving))
-            values[:, self.order] = numbers[first : first + width, :moving]
-            found[name] = values
+            values = numbers[first : first + width, :moving]
+            if isinstance(self._take, slice):
+                found[name] = values
+                continue
+            found[name] = np.empty((width, moving))
+            found[name][:, self.order] = values
         return found

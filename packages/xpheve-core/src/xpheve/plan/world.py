@@ -39,7 +39,9 @@ from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
 
-STRIDE = 20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
+STRIDE = (
+    20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
+)
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
@@ -492,12 +494,13 @@ class World:
             stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
         self._after_step(batch, before)
         self.time = max(self.time, begin)
-        if stop.rows:
-            self.bodies.version[list(stop.rows)] += 1
+        if len(stop.rows):
+            everyone = len(stop.rows) == batch.state.count
+            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += 1
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
-            self.wakeups.refresh(self.bodies.objects[row] for row in stop.rows)
+            self.wakeups.refresh(self.bodies.objects[row] for row in map(int, stop.rows))
 
     def _steps_unheard(self, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
         """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""

@@ -66,7 +66,7 @@ class Stop(NamedTuple):
     """Until when a batch is known now, and the rows whose flight is new."""
 
     covered: Instant
-    rows: Sequence[int]
+    rows: Sequence[int] | Rows
 
 
 class Grid(NamedTuple):
@@ -231,7 +231,7 @@ class Stepper(ABC):
 
         To the same bits as one after the other, which is what it does by default.
         """
-        rows: Sequence[int] = ()
+        rows: Sequence[int] | Rows = ()
         for k in range(steps):
             end = grid.point(k + 1)
             rows = self.advance(state, bodies, end, end, settings, sources).rows

@@ -12,7 +12,6 @@ from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.kernels import spin
 from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.kernels.vector import scale
-from xpheve.loop.array_spin import flown, half_way
 from xpheve.steppers.contract import (
     Array,
     Grid,
@@ -117,7 +116,7 @@ class Midpoint(FlightStepper):
             trial = self._run(state, bodies, grid, steps, found, sources)
         self._commit(state, bodies, slice(None), grid.point(steps - 1), trial)
         self._cover(state, end, steps)
-        return Stop(end, state.rows.tolist())
+        return Stop(end, state.rows)
 
     def _alone(self, state: FlightState, bodies: Bodies, sources: Sources) -> bool:
         """Whether the laws must be evaluated one by one: they have no loop, or they join objects that turn, and read how."""
@@ -134,10 +133,9 @@ class Midpoint(FlightStepper):
     ) -> dict[str, Array]:
         """What the loop makes of ``found`` in ``steps`` steps; if a force was not finite, the error that says whose."""
         numbers = sources.pack(state, found)
-        kept = numbers.copy()
         sources.run(numbers, grid, steps)
         if sources.program.strays(numbers, grid.dt).any():
-            self._fail(state, bodies, grid, steps, found, kept, sources)
+            self._fail(state, bodies, grid, steps, found, sources.pack(state, found), sources)
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
@@ -187,24 +185,26 @@ class Midpoint(FlightStepper):
 
         Of rows whose rotation stays in closed form, it is left as it was at its base.
         """
-        rows = state.rows[which]
+        rows = _where(state, which)
         held = {name: array[:, which] for name, array in state.arrays.items()}
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], held["acceleration"]
-        s = spans_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
+        s = _span_since(t, bodies.clock[0, rows], bodies.clock[1, rows])
         way = s * (v + (0.5 * s) * a)
         found: dict[str, Array] = {}
         found["position"], found["position_rest"] = two_sums(x, way + held["position_rest"])
         found["velocity"], found["velocity_rest"] = two_sums(v, s * a + held["velocity_rest"])
         force = held["working"] + bodies.arrays["working"][:, rows]
-        joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + held["work_rest"][0]
-        work, rest = two_sums(held["work"][0], joules)
-        found["work"], found["work_rest"] = work[None], rest[None]
+        found["work"], found["work_rest"] = held["work"], held["work_rest"]
+        if force.any():
+            self._add_work(found, force, way)
         for name in ("orientation", "angular_velocity"):
-            found[name] = bodies.arrays[name][:, rows].copy()
+            found[name] = bodies.arrays[name][:, rows]
         before = held["stepped"]
-        found["stepped"] = np.maximum(sources.stepped(rows), np.minimum(before, 1.0))
+        found["stepped"] = np.maximum(sources.stepped(state.rows[which]), np.minimum(before, 1.0))
         if not found["stepped"].any():
             return found
+        for name in ("orientation", "angular_velocity"):
+            found[name] = found[name].copy()
         stepped = np.flatnonzero(before[0])
         for name, values in zip(
             ("orientation", "angular_velocity"), self._flown(state, bodies, t, stepped, which), strict=True
@@ -216,6 +216,13 @@ class Midpoint(FlightStepper):
                 found[name][:, k] = self.read_row(state, bodies, t, name, int(places[k]))
         return found
 
+    @staticmethod
+    def _add_work(found: dict[str, Array], force: Array, way: Array) -> None:
+        """Add the work of ``force`` along ``way`` to what is kept."""
+        joules = force[0] * way[0] + force[1] * way[1] + force[2] * way[2] + found["work_rest"][0]
+        work, rest = two_sums(found["work"][0], joules)
+        found["work"], found["work_rest"] = work[None], rest[None]
+
     def _flown(
         self,
         state: FlightState,
@@ -225,6 +232,8 @@ class Midpoint(FlightStepper):
         which: slice | Rows = slice(None),
     ) -> tuple[Array, Array]:
         """Orientations and angular velocities at ``t`` of the rows at ``places`` (of ``which``), whose rotation is stepped."""
+        from xpheve.loop.array_spin import flown
+
         rows, torque = state.rows[which][places], state.arrays["torque"][:, which][:, places]
         q, omega, inertia = (bodies.arrays[name][:, rows] for name in ("orientation", "angular_velocity", "inertia"))
         return flown(q, omega, inertia, torque, spans_since(t, bodies.turn_clock[0, rows], bodies.turn_clock[1, rows]))
@@ -254,12 +263,13 @@ class Midpoint(FlightStepper):
     def _commit(
         self, state: FlightState, bodies: Bodies, which: slice | Rows, t: Instant, trial: dict[str, Array]
     ) -> None:
-        rows = state.rows[which]
+        rows = _where(state, which)
         for name in ("position", "velocity"):
             bodies.arrays[name][:, rows] = trial[name]
         bodies.clock[0, rows], bodies.clock[1, rows] = t
         stepped = np.flatnonzero(trial["stepped"][0])
         if len(stepped):
+            rows = state.rows[which]
             for name in ("orientation", "angular_velocity"):
                 bodies.arrays[name][:, rows[stepped]] = trial[name][:, stepped]
             bodies.turn_clock[:, rows[stepped]] = bodies.clock[:, rows[stepped]]
@@ -311,7 +321,7 @@ class Midpoint(FlightStepper):
             raise NoStepperError("core:midpoint found no length for its step: give run(dt=...)")
         self._commit(state, bodies, slice(None), begin, trial)
         self._cover(state, later(begin, span), 1)
-        return Stop(self.covered(state), state.rows.tolist())
+        return Stop(self.covered(state), state.rows)
 
 
 class _Step:
@@ -355,6 +365,8 @@ class _Step:
         """Put the rotation half way into ``middle``, of rows whose rotation is stepped."""
         k = np.flatnonzero(begin["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import half_way
+
             q, omega, inertia = begin["orientation"], begin["angular_velocity"], self.bodies.arrays["inertia"]
             torque = np.where(begin["stepped"] == 2.0, torque, 0.0)
             found = half_way(q[:, k], omega[:, k], inertia[:, rows[k]], torque[:, k], half)
@@ -366,6 +378,8 @@ class _Step:
         q, omega = trial["orientation"].copy(), trial["angular_velocity"].copy()
         k = np.flatnonzero(trial["stepped"][0])
         if len(k):
+            from xpheve.loop.array_spin import flown
+
             torque = np.where(trial["stepped"] == 2.0, trial["torque"], 0.0)[:, k]
             inertia = self.bodies.arrays["inertia"][:, rows[k]]
             q[:, k], omega[:, k] = flown(q[:, k], omega[:, k], inertia, torque, span)
@@ -421,6 +435,18 @@ class _Step:
             gap = np.abs(coarse[name] - fine[name]) / 3.0 / scale
             worst = max(worst, float(gap.max(initial=0.0)))
         return worst if np.isfinite(worst) else np.inf
+
+
+def _where(state: State, which: slice | Rows) -> slice | Rows:
+    """The rows of the places ``which``; as a slice if they are all, and lie side by side."""
+    return state.where if isinstance(which, slice) else state.rows[which]
+
+
+def _span_since(t: Instant, base: Array, offset: Array) -> Any:
+    """Time [s] since each row's clock; one number if they share it."""
+    if len(base) and bool((base == base[0]).all()) and bool((offset == offset[0]).all()):
+        return elapsed(t, (float(base[0]), float(offset[0])))
+    return spans_since(t, base, offset)
 
 
 def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
