@@ -70,7 +70,9 @@ def test_a_manifest_lists_what_the_pack_offers(pack: Any) -> None:
                     {"name": "c", "kind": "vector", "unit": "N", "default": [1.0, 0.0, 0.0], "doc": "Push.", "size": 3}
                 ],
                 "doc": "A push: F = c.",
+                "form": "formula",
                 "class": f"{__name__}:Push",
+                "nature": "constant; no potential: its work is reported; 0 operations",
             }
         ],
         "containers": [{"id": "toys:box", "class": f"{__name__}:Box", "doc": "Holds pushes."}],

@@ -436,13 +436,17 @@ class BatchSources:
         return self._program
 
     def _try_kernels(self) -> None:
-        """Call kernels of pair laws written by hand once, for their errors: those of field laws were called when they were planned."""
+        """Call kernels written by hand once, for their errors: before anything moves."""
         world = self.world
 
         def now(name: str) -> Array:
             found: Array = world.read_all(name, world.time)
             return found
 
+        for field_law, mask in self.fields:
+            rows = self.rows[mask[self.rows]]
+            if is_by_hand(field_law) and field_law.enabled and len(rows):
+                world.evaluator.field(field_law, rows, world.time[0], lambda name, rows=rows: now(name)[:, rows], set())
         for law, pairs in self.pairs:
             if is_by_hand(law) and law.enabled and pairs.count:
                 a, b = next(iter(pairs.chunks(now("position"))), (self.rows[:0], self.rows[:0]))

@@ -240,12 +240,13 @@ def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) 
 
 def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
     """A parameter of ``law`` changed, or it was switched: correct what rests on it, at this instant."""
+    if what == "enabled":
+        world.switches[law] = world.switches.get(law, 0) + 1
     if isinstance(law, ContinuousLaw) and _in_loops(world, law, what):
-        world.renew(law)
+        world.renew(law, linked_again=what == "enabled" and world.switches[law] <= 2)
         return
     objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
-        world.switches[law] = world.switches.get(law, 0) + 1
         if law.enabled:
             for obj in objects:
                 world.mapping.check(obj, [law])
@@ -273,12 +274,14 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
 
 
 def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
-    """Whether the change is no more than another number for the loops that ``law`` is in."""
+    """Whether the change is no more than another number, or another text, for the loops that ``law`` is in: nobody need be planned anew."""
     if law.containers or law in world.constant or not any(law in batch.laws for batch in world.batches):
         return False
-    if what == "enabled":
-        return world.is_switched(law) and "since" not in world.reads_of(law) and not law.defines("jumps")
-    return law.enabled and world.same_structure(law)
+    if what != "enabled":
+        return law.enabled and world.same_structure(law)
+    if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
+        return False
+    return world.is_switched(law) or world.may_link_again(law)
 
 
 def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:

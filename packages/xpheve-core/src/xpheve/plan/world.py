@@ -214,14 +214,37 @@ class World:
             if law in batch.laws
         )
 
-    def renew(self, law: ContinuousLaw) -> None:
-        """A number that ``law`` reads is another from now on: flights under way begin anew, and loops read it again."""
+    def may_link_again(self, law: ContinuousLaw) -> bool:
+        """Whether loops can do without ``law``, or take it up again, with everybody where he is.
+
+        It is known in all batches of its objects, and each of these has another law on all its rows, by which it must be stepped anyway.
+        """
+        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
+        if not rows or self.unplanned:
+            return False
+        numbers = np.unique(self.bodies.batch[rows])
+        return all(number >= 0 and self._stands_without(self.batches[number], law) for number in numbers.tolist())
+
+    def _stands_without(self, batch: Batch, law: ContinuousLaw) -> bool:
+        if law not in batch.laws:
+            return False
+        objects = {self.bodies.objects[row] for row in batch.state.rows.tolist()}
+        others = [one for one in batch.laws if one is not law and (one.enabled or self.is_switched(one))]
+        return any(objects <= self.mapping.objects(one).keys() for one in others)
+
+    def renew(self, law: ContinuousLaw, linked_again: bool = False) -> None:
+        """A number that ``law`` reads is another from now on: flights under way begin anew, and loops read it again.
+
+        Or loops are ``linked_again``, without ``law`` or with it.
+        """
         if self.transaction is not None:
-            self.transaction.later.append(partial(self.renew, law))
+            self.transaction.later.append(partial(self.renew, law, linked_again))
             return
         for batch in self.batches:
             if law not in batch.laws or not batch.state.count:
                 continue
+            if linked_again:
+                batch.sources = None
             sources = self.sources(batch)
             assert sources is not None
             sources.renew()
@@ -470,11 +493,19 @@ class World:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
-            laws = {law for obj in objects for law in self.continuous_laws(obj)}
-            batch.laws = [law for law in self.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
-            batch.sources = BatchSources(self, batch.laws, objects, batch.signature)
+            laws = self.ordered_laws({law for obj in objects for law in self.mapping.laws(obj)})
+            batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
+            acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
+            batch.sources = BatchSources(self, acting, objects, batch.signature)
             batch.lent = bool(len(batch.sources.hands))
         return batch.sources
+
+    def _belongs(self, law: ContinuousLaw, signature: Signature) -> bool:
+        """Whether ``law`` is evaluated along the way in batches of ``signature``, or would be if it were not off."""
+        if law.containers or law in self.constant or law.label() not in signature.laws:
+            return False
+        trace = None if law.enabled else formula_of(law)
+        return law.enabled or (trace is not None and not is_constant(set(trace.reads)))
 
     def advance(self, batch: Batch, need: Instant, wall: Instant) -> None:
         """One more step of ``batch``, which is known for the shortest time: so all is known until where it begins."""
