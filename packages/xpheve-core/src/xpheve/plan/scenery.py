@@ -275,13 +275,14 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
 
 def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     """Whether the change is no more than another number, or another text, for the loops that ``law`` is in: nobody need be planned anew."""
-    if law.containers or law in world.constant or not any(law in batch.laws for batch in world.batches):
+    known = any(law in batch.laws for batch in world.batches if batch.state.count)
+    if law.containers or law in world.constant or not known:
         return False
     if what != "enabled":
         return law.enabled and world.same_structure(law)
     if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
         return False
-    return world.is_switched(law) or world.may_link_again(law)
+    return (world.switches[law] > 2 and world.is_switched(law)) or world.may_link_again(law)
 
 
 def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:
