@@ -133,7 +133,7 @@ def draw(record: xp.Record, path: Path) -> Path:
         left.scatter(own[64, :, 0], own[64, :, 2], s=5, color=color, linewidth=0)
         left.plot(place[0], place[2], "+", color="white", markersize=7)
     left.axhline(0.0, color="#5c6784", linewidth=2)
-    left.set(xlim=(-110, 145), ylim=(-5, 235), aspect="equal", xlabel="x [m]", ylabel="height [m]")
+    left.set(xlim=(-95, 160), ylim=(-5, 235), aspect="equal", xlabel="x [m]", ylabel="height [m]")
     height = np.linspace(0.0, 235.0, 96)
     right.plot([Sparks.wind(z) for z in height], height, color="#9ad1ff")
     right.set(xlabel="wind [m/s]", xlim=(0, 25))
