@@ -55,9 +55,10 @@ def test_the_work_of_a_torque_along_the_way_is_booked() -> None:
         """Friction of rotation."""
 
         id = "test:brake"
+        strength = xp.Constant(0.5, unit="N*m*s")
 
         def torque(self, body: Any) -> Any:
-            return -0.5 * body.angular_velocity
+            return -self.strength * body.angular_velocity
 
     engine = xp.PhysicsEngine()
     engine.add_object(

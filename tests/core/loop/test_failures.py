@@ -52,8 +52,8 @@ class Burst(xp.FieldLaw):
         return self.strength * body.position
 
     def potential(self, body: Any) -> Any:
-        """Energy [J], small numbers in place of true ones: that of a burst leaves the range of floats long before the burst does."""
-        return 0.0 * body.mass * body.velocity.dot(body.velocity)
+        """Energy [J]: so that no work is booked, which would leave the range of floats long before the burst does."""
+        return -0.5 * self.strength * body.position.dot(body.position)
 
 
 def scene(law: type[xp.FieldLaw], compile: str, count: int, **options: Any) -> tuple[xp.PhysicsEngine, Any]:

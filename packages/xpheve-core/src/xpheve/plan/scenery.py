@@ -240,16 +240,17 @@ def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) 
 
 def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
     """A parameter of ``law`` changed, or it was switched: correct what rests on it, at this instant."""
+    objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
+        for obj in objects if law.enabled else ():
+            world.mapping.check(obj, [law])
         world.switches[law] = world.switches.get(law, 0) + 1
     if isinstance(law, ContinuousLaw) and _in_loops(world, law, what):
         world.renew(law, linked_again=what == "enabled" and world.switches[law] <= 2)
         return
-    objects = world.in_rank_order(world.mapping.objects(law))
     if what == "enabled":
         if law.enabled:
             for obj in objects:
-                world.mapping.check(obj, [law])
                 world.mapping.add(obj, law, world.time)
         else:
             withdraw(world, law, objects)
@@ -275,14 +276,13 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
 
 def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     """Whether the change is no more than another number, or another text, for the loops that ``law`` is in: nobody need be planned anew."""
-    known = any(law in batch.laws for batch in world.batches if batch.state.count)
-    if law.containers or law in world.constant or not known:
+    if law.containers or law in world.constant or not world.is_linked(law):
         return False
     if what != "enabled":
         return law.enabled and world.same_structure(law)
     if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
         return False
-    return (world.switches[law] > 2 and world.is_switched(law)) or world.may_link_again(law)
+    return world.is_switched(law) or world.may_link_again(law)
 
 
 def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:

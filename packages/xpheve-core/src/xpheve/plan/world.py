@@ -25,7 +25,7 @@ from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
-from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -214,20 +214,25 @@ class World:
             if law in batch.laws
         )
 
+    def is_linked(self, law: ContinuousLaw) -> bool:
+        """Whether ``law`` is known in the batches of all its objects."""
+        batches = self._batches_of(law)
+        return bool(batches) and all(law in batch.laws for batch in batches)
+
+    def _batches_of(self, law: ContinuousLaw) -> list[Batch]:
+        """The batches of the objects of ``law`` that move; none if one of them is not planned."""
+        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
+        numbers = np.unique(self.bodies.batch[rows]).tolist() if rows and not self.unplanned else [-1]
+        return [] if numbers[0] < 0 else [self.batches[number] for number in numbers]
+
     def may_link_again(self, law: ContinuousLaw) -> bool:
         """Whether loops can do without ``law``, or take it up again, with everybody where he is.
 
-        It is known in all batches of its objects, and each of these has another law on all its rows, by which it must be stepped anyway.
+        Each batch of its objects has another law on all its rows, by which it must be stepped anyway.
         """
-        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
-        if not rows or self.unplanned:
-            return False
-        numbers = np.unique(self.bodies.batch[rows])
-        return all(number >= 0 and self._stands_without(self.batches[number], law) for number in numbers.tolist())
+        return all(self._stands_without(batch, law) for batch in self._batches_of(law))
 
     def _stands_without(self, batch: Batch, law: ContinuousLaw) -> bool:
-        if law not in batch.laws:
-            return False
         objects = {self.bodies.objects[row] for row in batch.state.rows.tolist()}
         others = [one for one in batch.laws if one is not law and (one.enabled or self.is_switched(one))]
         return any(objects <= self.mapping.objects(one).keys() for one in others)
@@ -749,7 +754,7 @@ class World:
 
     def store_if_constant(self, law: FieldLaw, objects: list[PhysicalObject]) -> bool:
         """Evaluate ``law`` for ``objects`` and store its force if it is constant; whether it is."""
-        trace = formula_of(law)
+        trace = None if is_by_hand(law) else formula_of(law)  # a kernel shows by a call whether it gives forces
         reads: set[str] = set() if trace is None else set(trace.reads)
         rows = np.array([obj._row for obj in objects], dtype=np.int64)
         if is_constant(reads):
