@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import math
 import os
 import random
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -98,7 +97,7 @@ class Rough(xp.FieldLaw):
     """Drag that grows with the third power of the speed beyond one, and the square root below; only + - * / and roots."""
 
     id = "tiers:rough"
-    columns = {"area": xp.Column(1.0, unit="m^2", doc="Any.")}
+    columns: ClassVar[dict[str, Any]] = {"area": xp.Column(1.0, unit="m^2", doc="Any.")}
     strength = xp.Param(0.02, unit="N/m^2")
     speed = xp.Constant(1.0, unit="m/s")
 
@@ -393,7 +392,7 @@ module = importlib.util.module_from_spec(spec)
 sys.modules["tiers_of_another"] = module
 spec.loader.exec_module(module)
 import hashlib
-for scene in (module.network, module.operations):
+for scene in [getattr(module, name) for name in sys.argv[2:]]:
     for tier in (module.COMPILED, module.INTERPRETED):
         print(hashlib.sha256(repr(sorted(module.state(module.ran(scene, tier)).items())).encode()).hexdigest())
 """
@@ -403,14 +402,14 @@ for scene in (module.network, module.operations):
 def test_another_process_has_the_same_bits_whatever_its_cache_and_hashes(cold: bool, tmp_path: Path) -> None:
     import hashlib
 
+    scenes: list[Scene] = [network] if cold else [network, operations]
     given = dict(os.environ, PYTHONHASHSEED="77" if cold else "3")
     if cold:
         given["XPHEVE_CACHE_DIR"] = str(tmp_path)
-    answer = subprocess.run(
-        [sys.executable, "-c", TEXT, __file__], env=given, capture_output=True, text=True, check=True, timeout=300
-    )
+    command = [sys.executable, "-c", TEXT, __file__, *(scene.__name__ for scene in scenes)]
+    answer = subprocess.run(command, env=given, capture_output=True, text=True, check=True, timeout=300)
     expected = []
-    for scene in (network, operations):
+    for scene in scenes:
         shown = repr(sorted(state(ran(scene, COMPILED)).items())).encode()
         expected += [hashlib.sha256(shown).hexdigest()] * 2
     assert answer.stdout.split() == expected
@@ -427,3 +426,42 @@ def test_copies_and_restored_engines_go_on_with_the_same_bits() -> None:
             other._world.compile = "always"
             other.run(until=0.6, dt=0.01)
             assert state(other) == expected, scene
+
+
+@pytest.mark.parametrize("tier", ALL_TIERS)
+def test_each_law_counts_its_own_time_since_an_object_came_under_it(tier: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = in_tier(xp.PhysicsEngine(), tier, monkeypatch)
+    laws = [
+        engine.add_law("basic:thrust", thrust=tuple(float(c == k) for c in range(3)), duration=0.2, name=f"thrust{k}")
+        for k in range(3)
+    ]
+    obj = engine.add_object(xp.PhysicalObject(mass=1.0), laws[:1])
+    for k in (1, 2):
+        engine.run(until=0.301 * k, dt=0.01)
+        engine.map(obj, laws[k])
+    engine.run(until=1.0, dt=0.01)
+    assert obj.velocity == pytest.approx((0.2, 0.2, 0.2), abs=1e-14)
+
+
+class Stiff(xp.PairLaw):
+    """A spring whose columns are called as components of a place might be."""
+
+    id = "tiers:stiff"
+    columns: ClassVar[dict[str, Any]] = {
+        name: xp.Column(2.0, unit="m", doc="Any.") for name in ("position1", "velocity_0")
+    }
+    stiffness = xp.Param(1.0, unit="N/m^2")
+
+    def force(self, a: Any, b: Any) -> Any:
+        """Force [N] on ``a``."""
+        return -self.stiffness * (a.position1 + b.velocity_0) * (a.position - b.position)
+
+
+@pytest.mark.parametrize("tier", ALL_TIERS)
+def test_columns_are_not_mistaken_for_components(tier: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = in_tier(xp.PhysicsEngine(), tier, monkeypatch)
+    law = engine.add_law(Stiff)
+    for k in (-1, 1):
+        engine.add_object(xp.PhysicalObject(mass=1.0, position=(k, 7.0 * k, 0.0)), [law])
+    engine.run(until=1e-3, dt=1e-3)
+    assert engine.objects[1].velocity == pytest.approx((-8e-3, -56e-3, 0.0), rel=1e-5)

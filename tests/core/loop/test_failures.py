@@ -104,7 +104,7 @@ def test_a_law_that_fails_is_disabled_if_that_was_asked_for(compile: str, count:
 
 @ways
 def test_motion_that_leaves_the_range_of_floats_names_the_object_and_leaves_it_finite(compile: str, count: int) -> None:
-    engine, law = scene(Burst, compile, count)
+    engine, _ = scene(Burst, compile, count)
     name = f"b{count - 1:02}"
     with pytest.raises(LawFailedError, match=f"leaves the range of floats in the step from t = [0-9.]+ s on: .*{name}"):
         engine.run(until=1e3, dt=0.1)

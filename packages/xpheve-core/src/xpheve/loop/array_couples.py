@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from xpheve.loop.couples import ALL, LISTED, PairText
+from xpheve.loop.couples import ALL, LISTED, PairText, variable
 from xpheve.loop.terms import LANES
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input
@@ -21,9 +21,7 @@ class ArrayPairText(PairText):
         return str(self.slots.at(one.name, one.component) // LANES)
 
     def _loads(self, side: str) -> list[str]:
-        return [
-            f"{one.side}_{one.name}{one.component or ''} = s[{self._place(one)}, {side}]" for one in self._inputs(side)
-        ]
+        return [f"{variable(one)} = s[{self._place(one)}, {side}]" for one in self._inputs(side)]
 
     def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
         arrays = Writer(writer.leaf, arrays=True, prefix="t", starts=self.slots.starts)

@@ -51,7 +51,7 @@ class PairText:
                 return "now"
             if node.value.name == "up":
                 return f"p[{UP + node.value.component}]"
-            return _variable(node.value)
+            return variable(node.value)
 
         outputs = term.trace.force or ()
         own = rowwise(outputs) | depends(outputs, ("time",))
@@ -73,7 +73,7 @@ class PairText:
         return sorted(found)
 
     def _loads(self, side: str) -> list[str]:
-        return [f"{_variable(one)} = s[{side} + {self._place(one)}]" for one in self._inputs(side)]
+        return [f"{variable(one)} = s[{side} + {self._place(one)}]" for one in self._inputs(side)]
 
     def _place(self, one: Input) -> str:
         if one.name == "position":
@@ -94,7 +94,7 @@ class PairText:
         """``lines``, done for pairs closer than the cutoff only."""
         if not self.term.near:
             return lines
-        gaps = [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+        gaps = [f"d{c} = a{c}_position - b{c}_position" for c in range(3)]
         return [*gaps, "if d0 * d0 + d1 * d1 + d2 * d2 < reach_squared:", *(f"    {line}" for line in lines)]
 
     def _force(self, writer: Writer) -> tuple[list[str], list[str]]:
@@ -144,10 +144,10 @@ class PairText:
         inputs = self._inputs("b")
         outputs = len(inputs)
         gather = [f"s[l + {m * GATHERED}] = s[b + {self._place(one)}]" for m, one in enumerate(inputs)]
-        loads = [f"{_variable(one)} = s[l + {m * GATHERED}]" for m, one in enumerate(inputs)]
+        loads = [f"{variable(one)} = s[l + {m * GATHERED}]" for m, one in enumerate(inputs)]
         act = [*loads, *force]
         if self.term.near:
-            act += [f"d{c} = a_position{c or ''} - b_position{c or ''}" for c in range(3)]
+            act += [f"d{c} = a{c}_position - b{c}_position" for c in range(3)]
             act.append("near = d0 * d0 + d1 * d1 + d2 * d2 < reach_squared")
             names = [f"({name} if near else 0.0)" for name in names]
         act += [f"s[l + {(outputs + c) * GATHERED}] = {name}" for c, name in enumerate(names)]
@@ -182,9 +182,9 @@ def scratch(terms: Iterable[Term]) -> int:
     return (inputs + 3) * GATHERED
 
 
-def _variable(one: Input) -> str:
+def variable(one: Input) -> str:
     """What a number of a pair is called."""
-    return f"{one.side}_{one.name}{one.component or ''}"
+    return f"{one.side}{one.component}_{one.name}"
 
 
-__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText", "scratch"]
+__all__ = ["ALL", "LISTED", "NEAR", "PARAMETERS", "PairText", "scratch", "variable"]

@@ -90,7 +90,7 @@ class FieldText:
                 return f"turn_q[{component}]"
             if self.turning and name == "angular_velocity":
                 return f"turn_w[{component}]"
-            return self._column(name, component)
+            return self._column(name, self._age_of(k) if name == "since" else component)
 
         outputs = self._outputs(term)
         timely, own = depends(outputs, ("time",)), rowwise(outputs)
@@ -105,13 +105,17 @@ class FieldText:
         writer.names.update(later.names)
         return writer
 
+    def _age_of(self, k: int) -> int:
+        """Which of the row's numbers "since" is term ``k``'s: each law has its own."""
+        return sum("since" in term.trace.reads for term in self.terms[:k])
+
     def _outputs(self, term: Term) -> list[Node]:
         """What is found of ``term``: its force, and its torque where rows turn."""
         return term.trace.motion if self.turning else list(term.trace.force or ())
 
     def _column(self, name: str, component: int) -> str:
         """The variable that holds a number of the row; loaded at its first use."""
-        variable = f"c_{name}{component or ''}"
+        variable = f"c{component}_{name}"
         if variable not in self._loaded:
             self._loaded[variable] = variable
             self.body.append(f"{variable} = {self.load(name, component)}")

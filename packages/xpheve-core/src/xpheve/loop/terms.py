@@ -66,7 +66,9 @@ def summation_order(terms: Sequence[Term]) -> list[int]:
 class Slots:
     """Where the numbers of a row lie: slot k of the row in lane l of a tile is at ``tile * width * LANES + k * LANES + l``."""
 
-    def __init__(self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False) -> None:
+    def __init__(
+        self, columns: Iterable[str], pairs: Sequence[Term], stored_work: bool, turning: bool = False, ages: int = 1
+    ) -> None:
         self.first: dict[str, int] = {}
         self.width = 0
         self.starts: dict[Any, int] = {}
@@ -95,7 +97,7 @@ class Slots:
                 self._add(name, 3)
         self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
-            self._add(name, WIDTHS.get(name, 1))
+            self._add(name, ages if name == "since" else WIDTHS.get(name, 1))
         self.width += 1 - self.width % 2
         # An odd number of slots: so the tiles' equal slots are spread over all sets of a cache, where an even one would put them into few.
 

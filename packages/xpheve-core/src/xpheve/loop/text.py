@@ -55,7 +55,8 @@ class LoopText:
         self.coupled = bool(pair_kinds)
         self.velocity_pairs = any(kind.term.of_velocity for kind in pair_kinds)
         turns = turning != FREE
-        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns)
+        self.ages = max((sum("since" in term.trace.reads for term in kind) for kind in kinds), default=0)
+        self.slots = Slots(columns_of(terms, turns), [kind.term for kind in pair_kinds], stored_work, turns, self.ages)
         tables = dict.fromkeys(table for term in terms for table in tables_of(term.trace.motion))
         self.tables, self.slots.starts = packed(list(tables))
         """The numbers of the tables that laws look up: constants of their classes, which the text does not hold."""

@@ -25,7 +25,7 @@ Places = NDArray[np.int64]
 def term_of(world: Any, law: ContinuousLaw) -> Term | None:
     """``law`` as a term of a loop; None if it cannot be one."""
     trace = formula_of(law)
-    if trace is None:
+    if trace is None or (isinstance(law, PairLaw) and "since" in trace.reads):  # a row has a time for each instance
         return None
     near = isinstance(law, PairLaw) and math.isfinite(law.reach())
     return Term(trace, law.defines("potential"), world.is_switched(law), near)
@@ -205,8 +205,8 @@ class BatchProgram:
         slots, bodies, moving = self.program.loop.slots, self.world.bodies, self.program.moving
         excess, spread, inverse = moments(bodies.arrays["inertia"][:, rows])
         values = {
-            "orientation": found["orientation"][:, self.order],
-            "angular_velocity": found["angular_velocity"][:, self.order],
+            "orientation": found["orientation"][:, self._take],
+            "angular_velocity": found["angular_velocity"][:, self._take],
             "torque": np.zeros((3, moving)),
             "stored_torque": bodies.arrays["torque"][:, rows],
             "excess": excess,
@@ -228,18 +228,18 @@ class BatchProgram:
         elif name == "volume":
             numbers[at] = self.world.evaluator.volumes(self._everyone)
         else:
-            numbers[at] = self._since(self._everyone)
+            ages = self.program.loop.ages
+            numbers[at : at + ages] = self._since(self._everyone, ages)
 
-    def _since(self, rows: Rows) -> Array:
-        """When [s] each row came under the laws that read it; a segment has one law that does, or one answer for all."""
-        world = self.world
-        found = np.zeros(len(rows))
+    def _since(self, rows: Rows, ages: int) -> Array:
+        """When [s] each row came under the laws of its segment that read it, one after another; shape (ages, rows)."""
+        objects, since = self.world.bodies.objects, self.world.evaluator.since
+        found = np.zeros((ages, len(rows)))
         for segment in self.program.segments:
+            own = [objects[row] for row in rows[segment.first : segment.last].tolist()]
             asking = [law for law, term in zip(segment.laws, segment.terms, strict=True) if "since" in term.trace.reads]
-            for place in range(segment.first, segment.last):
-                obj = world.bodies.objects[int(rows[place])]
-                times = {world.evaluator.since(law, obj) for law in asking}
-                found[place] = min(times, default=0.0)
+            for k, law in enumerate(asking):
+                found[k, segment.first : segment.last] = [since(law, obj) for obj in own]
         return found
 
     def unpack(self, numbers: Array) -> dict[str, Array]:

@@ -135,7 +135,7 @@ class Midpoint(FlightStepper):
         numbers = sources.pack(state, found)
         sources.run(numbers, grid, steps)
         if sources.program.strays(numbers, grid.dt).any():
-            self._fail(state, bodies, grid, steps, found, sources.pack(state, found), sources)
+            self._fail(state, bodies, grid, steps, found, sources)
         return found | {"torque": np.zeros((3, state.count))} | sources.unpack(numbers)
 
     def _fail(
@@ -145,13 +145,12 @@ class Midpoint(FlightStepper):
         grid: Grid,
         steps: int,
         found: dict[str, Array],
-        kept: Array,
         sources: Sources,
     ) -> None:
         """Go to the last step that is finite, and raise what makes the next one fail."""
         strays = sources.program.strays
         good, bad = 0, steps
-        best = kept
+        kept = best = sources.pack(state, found)
         while bad - good > 1:
             middle = (good + bad) // 2
             numbers = kept.copy()
@@ -171,7 +170,8 @@ class Midpoint(FlightStepper):
         sources.run(numbers, grid, bad)
         row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
         raise LawFailedError(
-            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; the engine stands just before"
+            f"motion, or its work, leaves the range of floats in the step from t = {begin[0]} s on: {sources.label(row)}; "
+            "the engine stands just before"
         )
 
     def _cover(self, state: FlightState, end: Instant, steps: int) -> None:
