@@ -50,11 +50,12 @@ PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "p
 
 
 def lowered(text: str) -> str:
-    """Return ``text`` with the machine's operations in place of helpers and of ``math``."""
+    """Return ``text`` with the machine's operations in place of helpers and of ``math``, but for constants, which Python computes."""
     tree = ast.parse(text)
     replaced = {*HELPERS, "ieee__divide"}
-    tree.body = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
-    return ast.unparse(ast.fix_missing_locations(_Lower().visit(tree)))
+    kept = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
+    tree.body = [_Lower().visit(node) if isinstance(node, ast.FunctionDef) else node for node in kept]
+    return ast.unparse(ast.fix_missing_locations(tree))
 
 
 class _Lower(ast.NodeTransformer):
