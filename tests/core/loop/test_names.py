@@ -43,8 +43,8 @@ def ends(column: str, pair: bool) -> list[tuple[float, ...]]:
             shape=xp.Box((1, 2, 3)), density=0.5, position=(k, 1, k * k), velocity=(1, 0, k), **given
         )
         thing.angular_velocity = (1.0, 0.2, k)
-        thing.add_force((0.1, 0.0, 0.0))
         engine.add_object(thing, laws=[law])
+        thing.add_force((0.1, 0.0, 0.0))
     engine.run(until=1.0, dt=0.125)
     energy = engine.energy()
     return [(*thing.position, *thing.velocity) for thing in engine.objects] + [(energy.kinetic, energy.work)]
