@@ -25,6 +25,8 @@ MODULES = (
     "xpheve.shapes",
     "xpheve.steppers.contract",
     "xpheve.plugins",
+    "xpheve.trace",
+    "xpheve.compile",
     "xpheve.realtime",
     "xpheve.record",
     "xpheve_laws_basic",
@@ -40,6 +42,8 @@ Most of what a program needs is here: `import xpheve as xp`. Beside it there are
 - `xpheve.shapes`: what objects look like; `xpheve.meshes`: mesh files and scene graphs,
 - `xpheve.orientation`: quaternions out of other ways to say how a thing is turned, and back,
 - `xpheve.steppers.contract` and `xpheve.plugins`: for authors of steppers and of packs,
+- `xpheve.trace`: what is read off a law's formula, its derivatives, and checks for the tests of a pack,
+- `xpheve.compile`: what was compiled, who is told of it; texts and kernels, for authors of steppers,
 - `xpheve_laws_basic` and `xpheve_laws_collision`: the laws that come along, each by its id.
 """
 

@@ -28,6 +28,8 @@ MODULES = (
     "xpheve.shapes",
     "xpheve.meshes",
     "xpheve.orientation",
+    "xpheve.trace",
+    "xpheve.compile",
     "xpheve.realtime",
     "xpheve.record",
     "xpheve_laws_basic",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -260,3 +261,21 @@ def test_another_process_takes_what_this_one_compiled(monkeypatch: pytest.Monkey
     assert script(again)[-1] == bits(engine)
     assert compiled() == first
     assert {one["origin"] for one in facts() if one["origin"] != "interpreted"} == {"cache"}
+
+
+@pytest.mark.parametrize("windy", [0, 10, 20], ids=["alone", "with wind on half", "with wind on all"])
+def test_a_law_that_was_switched_off_and_on_acts_again_on_everybody(windy: int) -> None:
+    """Also on those whose only law it is, and whose motion was in closed form while it was off."""
+    engine = xp.PhysicsEngine(compile="never")
+    drag = engine.add_law("basic:linear_drag", coefficient=1.0)
+    wind = engine.add_law("basic:wind", velocity=(0.0, 0.0, 0.0), density=0.0)
+    objects = [xp.PhysicalObject(velocity=(1.0 + k, 0, 0), drag_area=0.1) for k in range(20)]
+    for k, obj in enumerate(objects):
+        engine.add_object(obj, laws=[drag, *([wind] if k < windy else [])])
+    for step in range(6):
+        before = [obj.velocity[0] for obj in objects]
+        engine.run((step + 1) * 32 * DT, dt=DT)
+        slower = [obj.velocity[0] / first for obj, first in zip(objects, before, strict=True)]
+        expected = math.exp(-32 * DT) if drag.enabled else 1.0
+        assert slower == pytest.approx([expected] * 20, rel=1e-4)
+        drag.enabled = not drag.enabled

@@ -57,8 +57,8 @@ EXACT = frozenset(
 class Finding:
     """Something that is wrong with a law, or worth a remark.
 
-    ``kind`` is "values", "text", "jacobian", "potential", "finite" or "order"; ``method`` is "force", "torque" or "potential"; ``error`` is
-    None for a remark.
+    ``kind`` is "values", "text", "jacobian", "potential", "finite" or "order"; ``method`` is "force", "torque" or "potential"; ``message``
+    says it; ``error`` is None for a remark.
     """
 
     kind: str

@@ -15,8 +15,9 @@ Triple = tuple[Node, Node, Node]
 class LawTrace:
     """The expressions of one law, for one choice of its parameters that are no numbers (text, switches, None).
 
-    ``force`` and ``torque`` are three nodes each, ``potential`` is one; None where the law has no such method. Inputs are named as in
-    `xpheve.laws.view.BodyView`; of a pair law's, ``side`` is "a" or "b", but for ``time`` and ``up``, which are the scene's.
+    ``label`` is the law's, ``pair`` says whether it acts between two, ``graph`` holds the nodes. ``force`` and ``torque`` are three nodes
+    each, ``potential`` is one; None where the law has no such method. Inputs are named as in `xpheve.laws.view.BodyView`; of a pair law's,
+    ``side`` is "a" or "b", but for ``time`` and ``up``, which are the scene's.
     """
 
     label: str

@@ -41,6 +41,8 @@ class Nature:
 
     Attributes
     ----------
+    pair
+        Whether it acts between two objects.
     reads
         Names that force and torque read, by side: "a" and "b" of a pair law, else "". ``time`` and ``up`` are in each that exists.
     constant
