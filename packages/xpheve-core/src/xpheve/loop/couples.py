@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from xpheve.loop.fields import AXES, PARAMETERS, UP
-from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes, slot_of
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
@@ -80,7 +80,7 @@ class PairText:
             return str(self.slots.at("middle", one.component))
         if one.name == "velocity":
             return f"speeds + {one.component * LANES}"
-        return str(self.slots.at(one.name, one.component))
+        return str(self.slots.at(slot_of(one.name), one.component))
 
     def _targets(self) -> tuple[str, ...]:
         return self.slots.sums[self.term]
