@@ -13,7 +13,7 @@ _LOCK = Lock()
 TRIES = 5
 
 
-def parse(text: str, name: str = "<text>") -> ast.Module:
+def parse(text: str | bytes, name: str = "<text>") -> ast.Module:
     """`ast.parse`; raises what it raises."""
     with _LOCK:
         for _ in range(TRIES - 1):
