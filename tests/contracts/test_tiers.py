@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-import xpheve.plan.world as world_module
 from xpheve.loop.program import COMPILED, INTERPRETED, NUMPY, Neighbours
-from xpheve.plan import tiers
+from xpheve.plan import loops, tiers
 
 ALL_TIERS = (INTERPRETED, NUMPY, COMPILED)
 
@@ -331,7 +330,7 @@ def test_the_order_in_which_objects_came_changes_no_bit(scene: Scene, order: int
 @pytest.mark.parametrize("stride", [1, 7 * 70, 7 * 10_070, 10**15])
 def test_how_many_steps_a_call_makes_changes_no_bit(scene: Scene, stride: int, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = state(ran(scene, COMPILED))
-    monkeypatch.setattr(world_module, "STRIDE", stride)
+    monkeypatch.setattr(loops, "STRIDE", stride)
     for tier in (COMPILED, NUMPY) if scene in EXACT else (COMPILED,):
         assert state(ran(scene, tier)) == expected
 

@@ -17,8 +17,6 @@ from xpheve.units import NONE, Dimension, show
 # What an operation asks of the dimensions of its arguments, and gives.
 SAME = ("+", "-", "min", "max")
 COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
-PURE = ("exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
-"""Functions of pure numbers, to pure numbers."""
 LOGIC = ("and", "or", "not")
 
 
