@@ -307,6 +307,51 @@ def test_numpy_is_near_where_functions_differ_by_an_ulp() -> None:
     assert np.abs(one - other).max() < 1e-12
 
 
+def library(order: int = 0) -> xp.PhysicsEngine:
+    """Every law of the basic pack at once, on balls that spin: the pairs among the first of them."""
+    import xpheve_laws_basic as basic
+
+    engine = xp.PhysicsEngine()
+    kinds = [getattr(basic, name) for name in basic.__all__]
+    given: dict[str, dict[str, Any]] = {
+        "basic:black_hole_gravity": {"mass": 1e11},
+        "basic:buoyancy": {"surface": 0.5},
+        "basic:thrust": {"thrust": (0.1, 0.2, -0.1), "delay": 0.1, "duration": 0.3},
+        "basic:rotating_frame": {"angular_velocity": (0.1, -0.2, 0.3)},
+        "basic:universal_gravity": {"softening": 0.1},
+    }
+    laws = [engine.add_law(kind, **given.get(kind.id, {})) for kind in kinds]
+    chance = random.Random(12)
+    objects = []
+    for k in range(16):
+        place, speed, spin = ([chance.uniform(-3.0, 3.0) for _ in range(3)] for _ in range(3))
+        obj = xp.PhysicalObject(
+            xp.Sphere(0.1), mass=1.0 + 0.1 * k, position=place, velocity=speed, angular_velocity=spin, name=f"ball{k:02}",
+            **{name: 0.01 for name in sorted({name for law in laws for name in law.columns})},
+        )  # fmt: skip
+        objects.append((obj, [law for law in laws if k < 6 or isinstance(law, xp.FieldLaw)]))
+    put(engine, objects, order)
+    return engine
+
+
+@pytest.mark.slow
+def test_all_laws_of_the_pack_together_agree_in_all_tiers() -> None:
+    one, other, arrays = (
+        ran(library, tier, looks=(0.25, 0.5)) for tier in ALL_TIERS[:1] + ALL_TIERS[2:] + ALL_TIERS[1:2]
+    )
+    programs = [
+        batch.sources.program for batch in other._world.batches if batch.state.count and batch.sources is not None
+    ]
+    acting = {term.trace.label for program in programs if program is not None for term in program.terms}
+    assert {law.id for law in other.laws} - acting == {
+        "basic:planet_gravity",
+        "basic:electric_field",
+    }  # constant: they are stored
+    assert state(one) == state(other)
+    a, b = numbers(one), numbers(arrays)
+    assert np.isfinite(a).all() and np.abs(a - b).max() < 1e-11 * np.abs(a).max()
+
+
 # What bits do not depend on
 
 EVERY = [NUMPY, COMPILED]
