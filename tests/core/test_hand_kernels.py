@@ -20,7 +20,7 @@ LIFT = """
 
     from xpheve.kernels.vector import cross, scale
 
-    STALL = 3.0
+    STALL = 2.0**2.0 - math.sqrt(1.0)
 
 
     def slope(v2):
@@ -175,7 +175,7 @@ def test_a_parameter_takes_effect(pack: Any) -> None:
 def test_an_edited_kernel_runs_as_it_stands(pack: Any, compile: str, count: int) -> None:
     pack("lift", LIFT)
     before, _ = flying(Lift, count, compile)
-    pack("lift", LIFT.replace("STALL = 3.0", "STALL = 3.9"))
+    pack("lift", LIFT.replace("STALL = 2.0**2.0 - math.sqrt(1.0)", "STALL = 3.9"))
     after, _ = flying(Lift, count, compile)
     assert (before != after).any()
     pack("lift", LIFT)
