@@ -144,3 +144,29 @@ def test_a_switch_that_chooses_what_is_no_formula_is_refused_and_keeps_its_value
     engine.run(until=0.2, dt=0.1)
     assert engine.time == 0.2
     assert issubclass(DimensionError, TraceError)
+
+
+def test_a_class_that_is_edited_is_read_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Pull(xp.FieldLaw):
+        id = "proof:edited"
+        stiffness = xp.Param(1.0, unit="N/m")
+
+        def sense(self) -> float:
+            return -1.0
+
+        def force(self, body: Any) -> Any:
+            return self.sense() * self.stiffness * body.position
+
+    def speed() -> float:
+        engine = xp.PhysicsEngine()
+        thing = engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[engine.add_law(Pull)])
+        engine.run(until=0.125, dt=0.0625)
+        return thing.velocity[0]
+
+    before = speed()
+    monkeypatch.setattr(Pull, "sense", lambda self: -2.0)
+    assert speed() < 1.9 * before
+    monkeypatch.setattr(Pull, "force", lambda self, body: 0.0 * self.stiffness * body.position)
+    assert speed() == 0.0
+    monkeypatch.undo()
+    assert speed() == before

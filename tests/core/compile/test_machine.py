@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from xpheve.compile import assemble, compiled, interpreted
+from xpheve.compile import assemble, compiled, interpreted, loader
 from xpheve.compile.loader import LIBM, machine, missing_symbols
 from xpheve.compile.machine import HELPERS, lowered, machine_code
 from xpheve.errors import CompileError
@@ -232,4 +233,14 @@ def test_an_error_in_the_text_reaches_the_caller(make: object) -> None:
 
 
 def test_the_machine_is_named_by_what_compiled_code_depends_on() -> None:
-    assert {"numba", "llvmlite", "platform", "processor", "features"} <= machine().keys()
+    assert {"numba", "llvmlite", "platform", "processor", "features", "lowering"} <= machine().keys()
+
+
+def test_code_that_another_lowering_made_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(loader, "__file__", str(tmp_path / "loader.py"))
+    source = tmp_path / "machine.py"
+    found = [loader._lowering()]
+    for text in ("one = 1\n", "one = 2\n"):
+        source.write_text(text)
+        found.append(loader._lowering())
+    assert found[0] == "" and len(set(found)) == 3

@@ -1,10 +1,7 @@
 """Verlet lists: the pairs of brute force, for any coordinates, interpreted and compiled."""
 
-import ctypes
 import math
-import types
 from array import array
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import xpheve as xp
+from xpheve.compile import assemble, compiled
 from xpheve.kernels import neighbours
 from xpheve.plan.pairs import PairSet
 
@@ -229,37 +227,18 @@ def test_a_list_serves_up_to_the_skin_and_no_farther() -> None:
     assert not neighbours.serves(math.inf, 2.5, 2.8)
 
 
-def compiled() -> Any:
-    """The kernel compiled as the run loop compiles it: by pointers alone."""
-    numba = pytest.importorskip("numba")
-    source = Path(neighbours.__file__)
-    names: dict[str, Any] = {}
-    exec(compile(source.read_text(), str(source), "exec"), names)
-    for name, value in list(names.items()):
-        if isinstance(value, types.FunctionType):
-            names[name] = numba.njit(value, error_model="numpy", no_cpython_wrapper=True)
-    build, moved = names["build"], names["moved"]
-
-    def entry(f: Any, n: Any) -> int:
-        found: int = build(f[0], n[0], 0, n[1][0], n[5], n[1][2], f[2][0], f[1], n[2], n[3], n[4], n[1][1])
-        f[2][1] = moved(f[0], n[0], 0, n[1][0], f[1])
-        return found
-
-    kinds = [numba.types.CPointer(numba.types.CPointer(kind)) for kind in (numba.types.float64, numba.types.int64)]
-    made = numba.cfunc(numba.types.int64(*kinds), error_model="numpy")(entry)
-    call = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)(made.address)
-
-    def run(floats: list[Any], ints: list[Any]) -> int:
-        pointers = [(ctypes.c_void_p * len(arrays))(*[a.ctypes.data for a in arrays]) for arrays in (floats, ints)]
-        return int(call(*pointers))
-
-    run.made = made  # type: ignore[attr-defined]
-    return run
+ENTRY = """
+def entry(f, n):
+    found = neighbours__build(f[0], n[0], 0, n[1][0], n[5], n[1][2], f[2][0], f[1], n[2], n[3], n[4], n[1][1])
+    x = f[2]
+    x[1] = neighbours__moved(f[0], n[0], 0, n[1][0], f[1])
+    return found
+"""
 
 
 @pytest.mark.slow
 def test_compiled_it_writes_the_same_lists() -> None:
-    run = compiled()
+    run = compiled(assemble(ENTRY), "lists of neighbours")
     for seed, (name, scene) in enumerate(SCENES.items()):
         x, reach = scene(np.random.default_rng(11))
         x[7, 1] = math.nan

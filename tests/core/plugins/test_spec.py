@@ -136,6 +136,10 @@ def law_with(**body: object) -> type[FieldLaw]:
         ({"condition": Elapsed}, "condition = <class"),
         ({"columns": {"charge": Column(unit="Coulomb")}}, "columns.charge.unit = 'Coulomb': \"Coulomb\" is no unit"),
         ({"columns": {"my charge": Column()}}, "columns.my charge.name = 'my charge'"),
+        (
+            {"columns": {"time": Column()}},
+            "columns.time.name = 'time': every object, or its view, has something of this name",
+        ),
         ({"c": Param(1.0, unit="deg")}, "params.c.unit = 'deg': unit \"deg\" is not SI"),
         ({"c": Param(1.0, unit=cast(str, 5))}, "params.c.unit = 5: Input should be a valid string"),
         ({"c": Param(5.0, le=4.0)}, "the default does not fit the declaration of c"),

@@ -13,6 +13,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from xpheve.compile.parsing import parse
 from xpheve.errors import CompileError
 
 CORE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "kernels")
@@ -36,7 +37,7 @@ def assemble(body: str, files: Mapping[str, str] | None = None) -> str:
         A file that cannot be read, imports what a kernel file may not, or lacks a name that is used.
     """
     writer = _Writer(_Library(files or {}))
-    for node in _in_order(ast.parse(body)):
+    for node in _in_order(parse(body)):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             file, mark, name = node.id.partition(MARK)
             if mark and file and name and writer.library.has(file):
@@ -94,7 +95,7 @@ def _parsed(name: str, path: str, own: bool) -> _File:
     file = _File(name, path)
     try:
         with open(path, encoding="utf-8") as source:
-            tree = ast.parse(source.read(), path)
+            tree = parse(source.read(), path)
     except (OSError, ValueError) as wrong:
         raise CompileError(
             f"kernel file {path}: it cannot be read ({wrong}); name a Python file of plain functions"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import os
 import sys
 import threading
@@ -104,8 +105,18 @@ def machine() -> dict[str, str]:
         "platform": str(llvm.get_process_triple()),
         "processor": str(llvm.get_host_cpu_name()),
         "features": str(features.flatten()),
+        "lowering": _lowering(),
         **{name: os.environ[name] for name in SETTINGS if os.environ.get(name)},
     }
+
+
+def _lowering() -> str:
+    """Return which version of our own lowering made the code: the hash of its source, empty where there is none to read."""
+    try:
+        with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "machine.py"), "rb") as source:
+            return hashlib.sha256(source.read()).hexdigest()
+    except OSError:
+        return ""
 
 
 def load(code: bytes, symbol: str) -> int:

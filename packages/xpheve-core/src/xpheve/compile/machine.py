@@ -25,6 +25,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from xpheve.compile.loader import LIBM, PREFIX, provide_symbols
+from xpheve.compile.parsing import parse
 from xpheve.errors import CompileError
 
 INTRINSICS = {"sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "copysign": "llvm.copysign.f64"}
@@ -50,11 +51,12 @@ PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "p
 
 
 def lowered(text: str) -> str:
-    """Return ``text`` with the machine's operations in place of helpers and of ``math``."""
-    tree = ast.parse(text)
+    """Return ``text`` with the machine's operations in place of helpers and of ``math``, but for constants, which Python computes."""
+    tree = parse(text)
     replaced = {*HELPERS, "ieee__divide"}
-    tree.body = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
-    return ast.unparse(ast.fix_missing_locations(_Lower().visit(tree)))
+    kept = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
+    tree.body = [_Lower().visit(node) if isinstance(node, ast.FunctionDef) else node for node in kept]
+    return ast.unparse(ast.fix_missing_locations(tree))
 
 
 class _Lower(ast.NodeTransformer):
@@ -186,7 +188,7 @@ def _machine_functions(source: str) -> dict[str, Any]:
     """Return what the lowered names in ``source`` mean to numba."""
     names = {
         node.id[len(LOWERED) :]
-        for node in ast.walk(ast.parse(source))
+        for node in ast.walk(parse(source))
         if isinstance(node, ast.Name) and node.id.startswith(LOWERED)
     }
     return {LOWERED + name: _machine_function(name) for name in sorted(names)}

@@ -1,8 +1,9 @@
 """Compiled code on disk. An entry says of itself whether it is whole; whoever cannot read it makes it again.
 
 An entry is the line `MAGIC`, the sha256 of all that follows, the length of the header, the header (JSON), the object code. It is named by
-its key: the hash of the text, of the machine (processor, platform, numba, llvmlite) and of the form of entries. The folder, and the file,
-must be the user's own and writable by nobody else, since what is in them is run: otherwise it is neither read nor written.
+its key: the hash of the text, of the machine (processor, platform, numba, llvmlite, our own lowering) and of the form of entries. The
+folder, and the file, must be the user's own and writable by nobody else, since what is in them is run: otherwise it is neither read nor
+written.
 """
 
 from __future__ import annotations

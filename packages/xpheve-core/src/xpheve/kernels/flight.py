@@ -32,7 +32,7 @@ def way_of_turning(q: Quat, omega: Vec, inertia: Vec, torque: Vec) -> int:
         return GENERAL
     local = rotate_inverse(q, axis)
     bent = (inertia[0] * local[0], inertia[1] * local[1], inertia[2] * local[2])
-    if norm(cross(bent, local)) > PARALLEL * max(inertia):
+    if norm(cross(bent, local)) > PARALLEL * max(inertia[0], inertia[1], inertia[2]):
         return GENERAL
     return PRINCIPAL
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from xpheve.loop.couples import ALL, LISTED, PairText, variable
-from xpheve.loop.terms import LANES
+from xpheve.loop.terms import LANES, slot_of
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input
 
@@ -18,7 +18,7 @@ class ArrayPairText(PairText):
             return str(self.slots.at("middle", one.component) // LANES)
         if one.name == "velocity":
             return f"speeds // {LANES} + {one.component}"
-        return str(self.slots.at(one.name, one.component) // LANES)
+        return str(self.slots.at(slot_of(one.name), one.component) // LANES)
 
     def _loads(self, side: str) -> list[str]:
         return [f"{variable(one)} = s[{self._place(one)}, {side}]" for one in self._inputs(side)]

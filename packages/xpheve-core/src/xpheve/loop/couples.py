@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from xpheve.loop.fields import AXES, PARAMETERS, UP
-from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes
+from xpheve.loop.terms import LANES, SCENE, Slots, Term, depends, rowwise, shared_nodes, slot_of
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Input, Node, walk
 
@@ -80,7 +80,7 @@ class PairText:
             return str(self.slots.at("middle", one.component))
         if one.name == "velocity":
             return f"speeds + {one.component * LANES}"
-        return str(self.slots.at(one.name, one.component))
+        return str(self.slots.at(slot_of(one.name), one.component))
 
     def _targets(self) -> tuple[str, ...]:
         return self.slots.sums[self.term]
@@ -156,6 +156,8 @@ class PairText:
         spread += self._add("b", "-", [f"e{c}" for c in range(3)])
         partner = "rows[j + l - z]" if self.how == ALL else "rows[partners[j + l - z]]"
         lanes = f"for l in range(z, z + min({GATHERED}, end - j)):"
+        # What is left over of the last partners is computed along: vectors have no loose ends then.
+        padded = f"for l in range(z, z + ((min({GATHERED}, end - j) + 7) & -8)):"
         head = [f"def pairs_{self.number}(s, p, tables, rows, first, partners, q, count, speeds, now, z):"]
         head += [f"    {line}" for line in parameters + fixed]
         if self.term.near:
@@ -168,8 +170,8 @@ class PairText:
             else ["    begin = first[i]", "    end = first[i + 1]"]
         )
         body.append(f"    for j in range(begin, end, {GATHERED}):")
-        for lines in ([f"b = {partner}", *gather], act, [f"b = {partner}", *spread]):
-            body += [f"        {lanes}", *(f"            {line}" for line in lines)]
+        for over, lines in ((lanes, [f"b = {partner}", *gather]), (padded, act), (lanes, [f"b = {partner}", *spread])):
+            body += [f"        {over}", *(f"            {line}" for line in lines)]
         body += [f"    s[a + {self.slots.at(target, c)}] = r{m}" for m, (target, c) in enumerate(targets)]
         return [*head, *(f"    {line}" for line in body), "    return 0", ""]
 

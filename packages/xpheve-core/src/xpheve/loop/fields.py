@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from xpheve.loop.terms import LANES, Slots, Term, depends, rowwise, shared_nodes, summation_order
+from xpheve.loop.terms import LANES, Slots, Term, depends, rowwise, shared_nodes, slot_of, summation_order
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Node
 
@@ -118,7 +118,7 @@ class FieldText:
         variable = f"c{component}_{name}"
         if variable not in self._loaded:
             self._loaded[variable] = variable
-            self.body.append(f"{variable} = {self.load(name, component)}")
+            self.body.append(f"{variable} = {self.load(slot_of(name), component)}")
         return variable
 
     def load(self, name: str, component: int = 0) -> str:

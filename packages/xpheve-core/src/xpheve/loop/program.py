@@ -130,8 +130,10 @@ class Program:
         self.tiles = tile
 
     def forget_parameters(self) -> None:
-        """A parameter has another value, or a law was switched."""
+        """A parameter has another value, or a law was switched; a list of neighbours may have been made for another cutoff."""
         self._table = None
+        for neighbours in self.neighbours.values():
+            neighbours.forget()
 
     def table(self, up: Sequence[float]) -> Array:
         """Length of a step, origin, up, then the parameters of each instance: segments first, then pairs."""
@@ -314,6 +316,10 @@ class Neighbours:
         """Make room for ``capacity`` pairs; the list has to be made again."""
         self.capacity = capacity
         self.partners = np.zeros(2 * capacity + 1, dtype=np.int64)
+        self.forget()
+
+    def forget(self) -> None:
+        """The list has to be made again."""
         self.reference[:] = np.nan
 
 

@@ -24,6 +24,8 @@ TURNING = {"orientation": 4, "angular_velocity": 3, "torque": 3}
 MOMENTS = {"stored_torque": 3, "excess": 3, "spread": 3, "inverse_moment": 1}
 
 MOVING = ("position", "velocity")
+OWN = ("mass", "inertia", "orientation", "angular_velocity", "volume", "since")
+"""What laws read of a row, besides `MOVING`, that is no column."""
 SCENE = ("time", "up")
 """Inputs that are the same for all rows."""
 
@@ -97,7 +99,7 @@ class Slots:
                 self._add(name, 3)
         self.columns = tuple(name for name in columns if not (turning and name in TURNING))
         for name in self.columns:
-            self._add(name, ages if name == "since" else WIDTHS.get(name, 1))
+            self._add(slot_of(name), ages if name == "since" else WIDTHS.get(name, 1))
         self.width += 1 - self.width % 2
         # An odd number of slots: so the tiles' equal slots are spread over all sets of a cache, where an even one would put them into few.
 
@@ -110,6 +112,11 @@ class Slots:
     def at(self, name: str, component: int = 0) -> int:
         """The distance of a component from the first number of its row, in a tile."""
         return (self.first[name] + component) * LANES
+
+
+def slot_of(name: str) -> str:
+    """The slot of what laws call ``name``; that of a column is none of the loop's own, whatever the column is called."""
+    return name if name in (*MOVING, *OWN) else f"column {name}"
 
 
 def _sums(pairs: Sequence[Term]) -> tuple[dict[Term, tuple[str, ...]], tuple[str, ...]]:
@@ -181,5 +188,6 @@ __all__ = [
     "depends",
     "rowwise",
     "shared_nodes",
+    "slot_of",
     "summation_order",
 ]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from xpheve.compile.parsing import parse
 from xpheve.errors import LawDefinitionError, LawFailedError
 from xpheve.laws import ContinuousLaw, PairLaw
 
@@ -98,7 +99,7 @@ def _read(law: ContinuousLaw, path: str) -> HandKernel:
     with open(path, "rb") as file:
         text = file.read()
     try:
-        tree = ast.parse(text, path)
+        tree = parse(text, path)
     except SyntaxError as error:
         raise LawDefinitionError(f"kernel file {path}:{error.lineno}: it is not Python ({error.msg})") from None
     functions = {one.name: one for one in tree.body if isinstance(one, ast.FunctionDef)}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.loop.array_spin import moments
 from xpheve.loop.program import ALL, LISTED, NEAR, Couples, Program, Segment
-from xpheve.loop.terms import Term
+from xpheve.loop.terms import WIDTHS, Term, slot_of
 from xpheve.loop.text import ALL_TURN, FREE, TURN
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.pairs import PairSet
@@ -219,8 +219,8 @@ class BatchProgram:
             numbers[at : at + len(value), :moving] = value
 
     def _put_column(self, numbers: Array, name: str, rows: Rows | slice) -> None:
-        at, bodies = self.program.loop.slots.first[name], self.world.bodies
-        if name in bodies.arrays:
+        at, bodies = self.program.loop.slots.first[slot_of(name)], self.world.bodies
+        if name == "mass" or name in WIDTHS:
             values = bodies.arrays[name][:, rows]
             numbers[at : at + len(values)] = values
         elif name in bodies.columns:

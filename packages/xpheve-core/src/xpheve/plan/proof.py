@@ -15,8 +15,9 @@ _PROVEN: WeakValueDictionary[int, LawTrace] = WeakValueDictionary()
 def require_formula(law: PhysicalLaw) -> None:
     """Raise `TraceError` if ``law`` is a field or pair law that says no formula, and has neither `apply` nor a kernel."""
     if isinstance(law, ContinuousLaw):
-        from xpheve.trace.recorder import trace_law
+        from xpheve.trace.recorder import forget_if_edited, trace_law
 
+        forget_if_edited(type(law))
         trace_law(law)
 
 

@@ -31,6 +31,12 @@ RESERVED = frozenset(dir(PhysicalLaw)) | {
     "potential", "respond", "law",
 }  # fmt: skip
 
+# Names that a column cannot have, since a view of objects, or the constructor of an object, already uses them.
+EVERY_OBJECTS = frozenset({
+    "position", "velocity", "orientation", "angular_velocity", "mass", "inertia", "volume", "since", "time", "up", "to_world", "to_body",
+    "shape", "fixed", "name",
+})  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class ParamSpec:
@@ -286,6 +292,11 @@ def _twin() -> type[BaseModel]:
             raise ValueError("every law has something of this name; call the parameter something else")
         return name
 
+    def free_column(name: str) -> str:
+        if name in EVERY_OBJECTS:
+            raise ValueError("every object, or its view, has something of this name; call the column something else")
+        return name
+
     def bounds_hold(self: Any) -> Any:
         low = max((b for b in (self.gt, self.ge) if b is not None), default=-math.inf)
         high = min((b for b in (self.lt, self.le) if b is not None), default=math.inf)
@@ -317,7 +328,7 @@ def _twin() -> type[BaseModel]:
     hold: Any = model_validator(mode="after")(bounds_hold)
     param: Any = create_model("ParamModel", __config__=strict, __validators__={"bounds": hold}, **param_fields)
     column_fields: dict[str, Any] = {
-        "name": (identifier, ...),
+        "name": (Annotated[identifier, AfterValidator(free_column)], ...),
         "unit": (unit, "1"),
         "default": (float, 0.0),
         "doc": (str, ""),

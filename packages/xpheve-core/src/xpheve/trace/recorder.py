@@ -35,6 +35,9 @@ UNITS = {"force": "N", "torque": "N m", "potential": "J"}
 _TRACES: WeakKeyDictionary[type, dict[tuple[Any, ...], LawTrace]] = WeakKeyDictionary()
 """What was traced already, by class and by what chose the formula."""
 
+_SOURCES: WeakKeyDictionary[type, list[Any]] = WeakKeyDictionary()
+"""What the classes consisted of when they were traced."""
+
 
 def why_untraced(law: PhysicalLaw) -> str:
     """Why ``law`` is not traced, as the end of a sentence; empty if it is."""
@@ -82,6 +85,27 @@ def trace_law(law: ContinuousLaw, columns: Iterable[str] | None = None) -> LawTr
         found = _traced_twice(law, columns)
     _check_columns(law, found.graph, columns)
     known[key] = found
+    return found
+
+
+def forget_if_edited(kind: type) -> None:
+    """Forget what was traced of the class ``kind`` if a method, a constant or a table of it is another since, as in an interactive session."""
+    now, before = _sources(kind), _SOURCES.get(kind)
+    if before is None or len(now) != len(before) or any(a is not b for a, b in zip(now, before, strict=True)):
+        _TRACES.pop(kind, None)
+        _SOURCES[kind] = now
+
+
+def _sources(kind: type) -> list[Any]:
+    """The code, and the values, of ``kind`` and its parents among laws of authors."""
+    found: list[Any] = []
+    for base in kind.__mro__:
+        if base.__module__.startswith(HOUSE) or base is object:
+            continue
+        for name, value in vars(base).items():
+            if not name.startswith("__"):
+                function = getattr(value, "fget", None) or getattr(value, "__func__", value)
+                found += [name, getattr(function, "__code__", function)]
     return found
 
 

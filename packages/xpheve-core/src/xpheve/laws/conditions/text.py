@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import ast
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
-
-import numpy as np
 
 from xpheve.errors import InvalidValueError
 
@@ -30,15 +29,15 @@ OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Gt: lambda a, b: a > b,
     ast.GtE: lambda a, b: a >= b,
 }
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "sqrt": np.sqrt, "cbrt": np.cbrt, "exp": np.exp, "log": np.log, "sin": np.sin, "cos": np.cos, "tan": np.tan, "arcsin": np.arcsin,
-    "arccos": np.arccos, "arctan": np.arctan, "arctan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "abs": np.abs,
-    "hypot": np.hypot, "minimum": np.minimum, "maximum": np.maximum, "where": np.where,
-}  # fmt: skip
+FUNCTIONS = (
+    "sqrt", "cbrt", "exp", "log", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "sinh", "cosh", "tanh", "abs", "hypot",
+    "minimum", "maximum", "where",
+)  # fmt: skip
+"""Functions of NumPy, by name: NumPy itself is not needed to read a text."""
 METHODS = {"norm": 0, "dot": 1, "cross": 1, "to_world": 1, "to_body": 1}
 """Methods of vectors and of the body, and how many values they take."""
 PARTS = ("x", "y", "z")
-NUMBERS = {"pi": float(np.pi)}
+NUMBERS = {"pi": math.pi}
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,9 @@ def _value(node: Any, body: Any) -> Any:
         case ast.Attribute(value=owner, attr=name):
             return getattr(_value(owner, body), name)
         case ast.Call(func=ast.Name(id=name), args=args):
-            return FUNCTIONS[name](*(_value(one, body) for one in args))
+            import numpy
+
+            return getattr(numpy, name)(*(_value(one, body) for one in args))
         case ast.Call(func=ast.Attribute(value=owner, attr=name), args=args):
             return getattr(_value(owner, body), name)(*(_value(one, body) for one in args))
     raise AssertionError(node)
