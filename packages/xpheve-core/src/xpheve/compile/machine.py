@@ -53,9 +53,7 @@ PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "p
 def lowered(text: str) -> str:
     """Return the functions of ``text`` with the machine's operations in place of helpers and of ``math``; constants are left out."""
     replaced = {*HELPERS, "ieee__divide"}
-    functions = [
-        node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.name not in replaced
-    ]
+    functions = [node for node in parse(text).body if isinstance(node, ast.FunctionDef) and node.name not in replaced]
     tree = ast.Module([_Lower().visit(node) for node in functions], [])
     return ast.unparse(ast.fix_missing_locations(tree))
 
@@ -64,7 +62,7 @@ def _constants(text: str) -> dict[str, Any]:
     """Return the constants of ``text`` as Python computes them, whatever functions of the text they are made with."""
     space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
     exec(compile(text, "<xpheve constants>", "exec"), space)
-    targets = [target for node in ast.parse(text).body if isinstance(node, ast.Assign) for target in node.targets]
+    targets = [target for node in parse(text).body if isinstance(node, ast.Assign) for target in node.targets]
     names = [part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)]
     return {name: space[name] for name in names}
 
