@@ -105,3 +105,35 @@ def test_importing_xpheve_imports_no_compiler(process: Callable[..., subprocess.
         f"interpreted(assemble({BODY!r}))\nprint([n for n in ('numba', 'llvmlite') if n in sys.modules])"
     ).stdout
     assert said == "[]\n"
+
+
+KERNEL_FILE = """
+import math
+from xpheve.kernels.ieee import divide, exp
+
+def half(x):
+    return divide(x, 2.0)
+
+A, B = math.sqrt(2.0), half(math.exp(1.0)) ** 2.5
+TABLE = (half(1.0), B, exp(0.3))
+
+def f(x):
+    return (A * x + TABLE[1]) * exp(x) + half(TABLE[0] + TABLE[2])
+"""
+
+
+def test_constants_of_a_kernel_file_may_be_computed_with_its_functions(tmp_path: Path) -> None:
+    path = tmp_path / "lift.py"
+    path.write_text(KERNEL_FILE)
+    body = "def entry(f, n):\n    x = f[0]\n    for i in range(n[0][0]):\n        x[i] = lift__f(x[i])\n    return 4\n"
+    text = assemble(body, {"lift": str(path)})
+    assert bits(compiled(text)) == bits(interpreted(text))
+
+
+def test_a_constant_that_cannot_be_computed_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "lift.py"
+    path.write_text("K = 1.0 / 0.0\n\ndef f(x):\n    return K * x\n")
+    text = assemble("def entry(f, n):\n    return int(lift__f(1.0))\n", {"lift": str(path)})
+    for make in (interpreted, compiled):
+        with pytest.raises(CompileError, match=r"a lift: a constant of its kernel file .*ZeroDivisionError"):
+            make(text, "a lift")

@@ -51,12 +51,20 @@ PLAIN_MATH = {"isnan", "isinf", "isfinite", "fabs", "floor", "ceil", "trunc", "p
 
 
 def lowered(text: str) -> str:
-    """Return ``text`` with the machine's operations in place of helpers and of ``math``, but for constants, which Python computes."""
-    tree = parse(text)
+    """Return the functions of ``text`` with the machine's operations in place of helpers and of ``math``; constants are left out."""
     replaced = {*HELPERS, "ieee__divide"}
-    kept = [node for node in tree.body if not (isinstance(node, ast.FunctionDef) and node.name in replaced)]
-    tree.body = [_Lower().visit(node) if isinstance(node, ast.FunctionDef) else node for node in kept]
+    functions = [node for node in parse(text).body if isinstance(node, ast.FunctionDef) and node.name not in replaced]
+    tree = ast.Module([_Lower().visit(node) for node in functions], [])
     return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def _constants(text: str) -> dict[str, Any]:
+    """Return the constants of ``text`` as Python computes them, whatever functions of the text they are made with."""
+    space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel"}
+    exec(compile(text, "<xpheve constants>", "exec"), space)
+    targets = [target for node in parse(text).body if isinstance(node, ast.Assign) for target in node.targets]
+    names = [part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)]
+    return {name: space[name] for name in names}
 
 
 class _Lower(ast.NodeTransformer):
@@ -145,7 +153,12 @@ def machine_code(text: str, what: str) -> Machine:
     }  # fmt: skip
     name = f"<xpheve {hashlib.sha256(source.encode()).hexdigest()[:16]}>"
     with _lines(name, source):
-        space: dict[str, Any] = {"math": math, "__name__": "xpheve_kernel", **_machine_functions(source)}
+        space: dict[str, Any] = {
+            "math": math,
+            "__name__": "xpheve_kernel",
+            **_machine_functions(source),
+            **_constants(text),
+        }
         exec(compile(source, name, "exec"), space)
         for key, value in list(space.items()):
             if callable(value) and getattr(value, "__module__", None) == "xpheve_kernel" and key != "entry":

@@ -73,6 +73,10 @@ def _entry_of(text: str, what: str) -> Any:
         exec(compile(text, name, "exec"), space)
     except SyntaxError as wrong:
         raise CompileError(f"{what}: line {wrong.lineno} of the generated text is not Python ({wrong.msg})") from wrong
+    except Exception as wrong:  # the text itself only defines: it is the author's
+        raise CompileError(
+            f"{what}: a constant of its kernel file cannot be computed ({type(wrong).__name__}: {wrong}); mend it"
+        ) from wrong
     if "entry" not in space:
         raise CompileError(f"{what}: the generated text defines no entry(f, n)")
     return space["entry"]

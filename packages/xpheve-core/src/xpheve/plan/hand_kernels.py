@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from xpheve.compile.parsing import parse
 from xpheve.errors import LawDefinitionError, LawFailedError
 from xpheve.laws import ContinuousLaw, PairLaw
 
@@ -98,6 +97,8 @@ def _path_of(law: ContinuousLaw) -> str:
 def _read(law: ContinuousLaw, path: str) -> HandKernel:
     with open(path, "rb") as file:
         text = file.read()
+    from xpheve.compile.parsing import parse
+
     try:
         tree = parse(text, path)
     except SyntaxError as error:
