@@ -430,3 +430,20 @@ def test_a_kernel_file_that_may_end_without_a_return_is_refused_in_every_tier(
             xp.errors.LawDefinitionError, match=r"halfway\.py:1: force may come to its end without a `return`"
         ):
             run()
+
+
+def test_a_class_of_ones_own_that_a_checkpoint_lacks_is_asked_for() -> None:
+    engine = xp.PhysicsEngine()
+    push = {"id": "mine:push", "F": xp.Param((1.0, 0.0, 0.0), unit="N"), "force": lambda self, body: self.F}
+    engine.add_law(type("Push", (xp.FieldLaw,), push))
+    with pytest.raises(UnknownLawError, match=r"restore\(\.\.\., laws=\[TheClass\]\)"):
+        xp.PhysicsEngine.restore(engine.checkpoint())
+
+
+@pytest.mark.parametrize("compile", ["never", "always"])
+def test_who_flies_off_in_steps_that_are_too_long_is_told_so(compile: str) -> None:
+    engine = xp.PhysicsEngine(compile=compile)
+    spring = engine.add_law("basic:spring_to_point", stiffness=1e6)
+    engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[spring])
+    with pytest.raises(LawFailedError, match=r"dt may be too long for this law"):
+        engine.run(until=100.0, dt=0.1)

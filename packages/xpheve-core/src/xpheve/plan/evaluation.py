@@ -38,6 +38,10 @@ SPEED = frozenset({"velocity", "angular_velocity", "orientation"})
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+RUNAWAY = 1e30
+"""Places [m] and speeds [m/s] beyond it come of steps that are too long."""
+
+
 class Evaluator:
     """Evaluates laws over objects of an engine in NumPy: by their traces, or by calling those that have none."""
 
@@ -223,6 +227,8 @@ class Evaluator:
             return f" {obj.label} has no {name}: {column.doc} Give PhysicalObject(..., {name}=...) in {column.unit}"
         if law.singular:
             return f" {law.singular}"
+        if max(map(abs, (*obj.position, *obj.velocity))) > RUNAWAY:
+            return f" Its position is {obj.position} m, its velocity {obj.velocity} m/s: dt may be too long for this law, try a smaller one"
         tables = [one for one in _tables(law) if one.outside == "error"]
         return f" Outside of its points a table gives NaN: {', '.join(map(_extent, tables))}" if tables else ""
 
