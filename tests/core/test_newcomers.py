@@ -7,6 +7,7 @@ import random
 import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -366,3 +367,83 @@ def test_torque_along_the_way_is_not_said_to_be_none() -> None:
     engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), orientation=(0.8, 0, 0, 0.6)), laws=[law])
     engine.run(until=0.1, dt=0.01)
     assert engine.explain().data["groups"][0]["because"] == "laws along the way: mine:magnet; no stored torque"
+
+
+@pytest.mark.parametrize("compile", ["never", "always"])
+def test_who_leaves_a_table_is_told_its_ends(compile: str) -> None:
+    class Thin(xp.FieldLaw):
+        """Air that is known up to 1 km."""
+
+        id = "mine:thin"
+        density = xp.Table((0, 1), (1.2, 1.1), unit_x="km", unit="kg/m^3")
+        area = xp.Param(1.0, unit="m^2")
+
+        def force(self, body: Any) -> Any:
+            return -self.density(body.position.z) * self.area * body.velocity.norm() * body.velocity
+
+    engine = xp.PhysicsEngine(up="z", compile=compile)
+    engine.add_object(xp.PhysicalObject(position=(0, 0, 5000), velocity=(1, 0, 0)), laws=[engine.add_law(Thin)])
+    with pytest.raises(LawFailedError, match=r'density goes from 0 to 1000 m, unless it has outside="hold"'):
+        engine.run(until=0.1, dt=0.01)
+
+
+def test_a_table_that_is_not_called_is_told_of() -> None:
+    class Bare(xp.FieldLaw):
+        """A table, taken for a number."""
+
+        id = "mine:bare"
+        density = xp.Table((0, 1), (1.2, 1.1), unit_x="km", unit="kg/m^3")
+
+        def force(self, body: Any) -> Any:
+            return -self.density * body.velocity
+
+    with pytest.raises(TraceError, match=r"A table is called like a function: self\.table\(x\)"):
+        xp.PhysicsEngine().add_law(Bare)
+
+
+@pytest.mark.parametrize(
+    ("body", "whole"),
+    [
+        ("if velocity[0] > 0.0:\n        return velocity", False),
+        ("if velocity[0] > 0.0:\n        return velocity\n    else:\n        return (0.0, 0.0, 0.0)", True),
+        ("while True:\n        return velocity", True),
+        ("while True:\n        break", False),
+        ("for k in range(3):\n        return velocity", False),
+    ],
+)
+def test_a_kernel_file_that_may_end_without_a_return_is_refused_in_every_tier(
+    body: str, whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "halfway.py").write_text(f"def force(velocity):\n    {body}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    engine = xp.PhysicsEngine()
+    law = type("Half", (xp.FieldLaw,), {"id": "mine:half", "kernel": "halfway"})
+
+    def run() -> None:
+        engine.add_object(xp.PhysicalObject(velocity=(-1, 0, 0)), laws=[engine.add_law(law)])
+        engine.run(until=0.1, dt=0.01)
+
+    if whole:
+        run()
+    else:
+        with pytest.raises(
+            xp.errors.LawDefinitionError, match=r"halfway\.py:1: force may come to its end without a `return`"
+        ):
+            run()
+
+
+def test_a_class_of_ones_own_that_a_checkpoint_lacks_is_asked_for() -> None:
+    engine = xp.PhysicsEngine()
+    push = {"id": "mine:push", "F": xp.Param((1.0, 0.0, 0.0), unit="N"), "force": lambda self, body: self.F}
+    engine.add_law(type("Push", (xp.FieldLaw,), push))
+    with pytest.raises(UnknownLawError, match=r"restore\(\.\.\., laws=\[TheClass\]\)"):
+        xp.PhysicsEngine.restore(engine.checkpoint())
+
+
+@pytest.mark.parametrize("compile", ["never", "always"])
+def test_who_flies_off_in_steps_that_are_too_long_is_told_so(compile: str) -> None:
+    engine = xp.PhysicsEngine(compile=compile)
+    spring = engine.add_law("basic:spring_to_point", stiffness=1e6)
+    engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[spring])
+    with pytest.raises(LawFailedError, match=r"dt may be too long for this law"):
+        engine.run(until=100.0, dt=0.1)

@@ -214,7 +214,8 @@ def test_cubic_tables_are_those_of_scipy(found: list[tuple[float, float]]) -> No
     from scipy.interpolate import PchipInterpolator
 
     table = made(found, "cubic")
-    theirs = PchipInterpolator(table.x, table.y)
+    with np.errstate(over="ignore"):  # of slopes that are denormal
+        theirs = PchipInterpolator(table.x, table.y)
     x = np.linspace(table.x[0], table.x[-1], 101)
     steepest = float(np.abs(np.diff(table.y) / np.diff(table.x)).max())
     np.testing.assert_allclose(table(x), theirs(x), atol=1e-12 * max(1.0, *map(abs, table.y)) + 1e-300)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
@@ -25,6 +26,7 @@ from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
 from xpheve.trace.shadow import as_arrays
+from xpheve.units import show
 
 Fetch = Callable[[str], Array]
 OTHERS = ("mass", "inertia", "volume", "since", "time", "up")
@@ -34,6 +36,10 @@ LISTABLE = 20_000_000
 SPEED = frozenset({"velocity", "angular_velocity", "orientation"})
 """What a second evaluation at the middle of a step finds changed."""
 UP: dict[str, tuple[float, float, float]] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+RUNAWAY = 1e30
+"""Places [m] and speeds [m/s] beyond it come of steps that are too long."""
 
 
 class Evaluator:
@@ -219,7 +225,12 @@ class Evaluator:
         if missing:
             name, column = missing[0], law.columns[missing[0]]
             return f" {obj.label} has no {name}: {column.doc} Give PhysicalObject(..., {name}=...) in {column.unit}"
-        return f" {law.singular}" if law.singular else ""
+        if law.singular:
+            return f" {law.singular}"
+        if max(map(abs, (*obj.position, *obj.velocity))) > RUNAWAY:
+            return f" Its position is {obj.position} m, its velocity {obj.velocity} m/s: dt may be too long for this law, try a smaller one"
+        tables = [one for one in _tables(law) if one.outside == "error"]
+        return f" Outside of its points a table gives NaN: {', '.join(map(_extent, tables))}" if tables else ""
 
     def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
         called = force_by_rows(law) if method == "force" else getattr(as_arrays(law), method)
@@ -303,6 +314,18 @@ class _Effect(NamedTuple):
     torque: Array | None
     working: Array | None
     reads: set[str]
+
+
+def _tables(law: ContinuousLaw) -> list[Any]:
+    """The tables that the class of ``law`` declares."""
+    from xpheve.trace.table import Table
+
+    declared = [inspect.getattr_static(type(law), name) for name in dir(type(law))]
+    return [one for one in declared if isinstance(one, Table)]
+
+
+def _extent(table: Any) -> str:
+    return f'{table.name} goes from {table.x[0]:g} to {table.x[-1]:g} {show(table.dim_x)}, unless it has outside="hold" or "extend"'
 
 
 class BatchSources:

@@ -95,6 +95,8 @@ def _path_of(law: ContinuousLaw) -> str:
 
 
 def _read(law: ContinuousLaw, path: str) -> HandKernel:
+    from xpheve.compile.parsing import parse
+
     with open(path, "rb") as file:
         text = file.read()
     from xpheve.compile.parsing import parse
@@ -108,10 +110,25 @@ def _read(law: ContinuousLaw, path: str) -> HandKernel:
         raise LawDefinitionError(
             f"{law.label()}: kernel file {path} has no function 'force'; it has {', '.join(functions) or 'none'}"
         )
+    if _falls_through(functions["force"].body):
+        raise LawDefinitionError(
+            f"{law.label()}: kernel file {path}:{functions['force'].lineno}: force may come to its end without a `return`; "
+            "for no force return (0.0, 0.0, 0.0)"
+        )
     arguments = functions["force"].args
     names = tuple(one.arg for one in [*arguments.posonlyargs, *arguments.args])
     name = "hand_" + "_".join(part for part in law.kernel.replace(".", "_").split("_") if part)
     return HandKernel(name, path, hashlib.sha256(text).hexdigest(), names)
+
+
+def _falls_through(body: list[ast.stmt]) -> bool:
+    """Whether what comes after ``body`` may be reached."""
+    last = body[-1]
+    if isinstance(last, ast.If):
+        return not last.orelse or _falls_through(last.body) or _falls_through(last.orelse)
+    if isinstance(last, ast.While) and isinstance(last.test, ast.Constant) and last.test.value:
+        return any(isinstance(one, ast.Break) for one in ast.walk(last))
+    return not isinstance(last, (ast.Return, ast.Raise))
 
 
 def meanings(law: ContinuousLaw, kernel: HandKernel) -> list[Argument]:

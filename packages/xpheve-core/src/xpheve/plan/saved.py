@@ -372,7 +372,12 @@ def _revive_law(engine: Any, entry: Header, local: dict[str, type[PhysicalLaw]])
             raise UnknownLawError(
                 f"the checkpoint needs the law class {entry['id']}, of no pack: restore(..., laws=[{entry['id']}])"
             )
-        kind = engine.registry.law(entry["id"])
+        try:
+            kind = engine.registry.law(entry["id"])
+        except UnknownLawError as error:
+            raise UnknownLawError(
+                f"{error}. A class of your own is given back: restore(..., laws=[TheClass])"
+            ) from None
     law = kind(name=entry["name"], enabled=entry["enabled"], **entry["parameters"])
     law.state = dict(entry["state"])
     law.evaluations = entry["evaluations"]

@@ -436,7 +436,7 @@ def _why(trial: Trial, power: Array, rate: Array, size: Array, room: Array) -> s
             return "Its sign is wrong"
         if abs(factor) < 1e-6:
             return "It does not change where the force acts: a term was left out"
-        return f"It is {factor:.6g} times what it should be. Check factor{' and sign' if factor < 0 else ''}"
+        return f"It is {factor:.6g} times what it should be. Check the factor{' and sign' if factor < 0 else ''}"
     return "Check signs, factors, parameters and terms left out"
 
 

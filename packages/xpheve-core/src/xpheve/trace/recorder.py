@@ -25,7 +25,6 @@ from xpheve.trace.graph import HOUSE, Graph, Node, Place, at, equal, line_of, wa
 from xpheve.trace.law_trace import LawTrace
 from xpheve.trace.recording import Recording
 from xpheve.trace.shadow import PROPERTIES, TracedBody, shadow_of
-from xpheve.trace.table import Table
 from xpheve.trace.values import NUMBER, Form, Traced, coerced
 from xpheve.units import NONE, Dimension, dimension, name_of, show
 
@@ -207,6 +206,8 @@ def _drawing_line(law: ContinuousLaw) -> Place:
 
 def _way_out(law: ContinuousLaw, method: str, error: Exception) -> str:
     """What the author of ``method``, which raised ``error``, may have meant; a sentence after a blank, or nothing."""
+    from xpheve.trace.table import Table
+
     bodies = "a, b" if isinstance(law, PairLaw) else "body"
     name = str(getattr(error, "name", None) or "")
     own = [one for one in dir(type(law)) if isinstance(_attribute(law, one), (Param, Constant, Table))]
@@ -221,6 +222,8 @@ def _way_out(law: ContinuousLaw, method: str, error: Exception) -> str:
         )
         meant = f' Did you mean "{near[0]}"?' if near else ""
         return column or f" The law declares: {', '.join(own) or 'nothing'}.{meant}"
+    if isinstance(error, TypeError) and "'Table'" in str(error):
+        return " A table is called like a function: self.table(x)."
     if isinstance(error, TypeError) and f".{method}() takes" in str(error):
         return f" Write def {method}(self, {bodies})."
     return ""
