@@ -192,7 +192,7 @@ def test_it_says_what_was_compiled_and_from_where_it_came() -> None:
     assert data["compile"] == "always"
     told = next(one for one in data["compiled"] if one["what"] == "basic:quadratic_drag + basic:wind")
     assert told.keys() == {"what", "origin", "seconds"}
-    assert f"code: {told['what']}: " in text and f"compiled: {told['what']}: " in text
+    assert f"code: {told['what']}: " in text and f"compiled in this process: {told['what']}: " in text
 
 
 def test_before_the_start_it_says_how_a_loop_would_run() -> None:

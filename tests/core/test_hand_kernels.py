@@ -20,7 +20,7 @@ LIFT = """
 
     from xpheve.kernels.vector import cross, scale
 
-    STALL = 3.0
+    STALL = 2.0**2.0 - math.sqrt(1.0)
 
 
     def slope(v2):
@@ -134,6 +134,18 @@ def test_a_kernel_for_pairs_gives_the_same_bits_in_all_tiers(pack: Any, count: i
     assert masses @ compiled[:, 3:] == pytest.approx(masses @ speeds, rel=1e-12)
 
 
+def test_explain_names_the_kernel_and_what_it_reads(pack: Any) -> None:
+    pack("lift", LIFT)
+    engine = xp.PhysicsEngine(up="z", compile="never")
+    engine.add_object(xp.PhysicalObject(mass=1.0, velocity=(4.0, 1.0, 0.0)), laws=[engine.add_law(Lift)])
+    engine.run(until=0.25, dt=1 / 64)
+    (told,) = engine.explain().data["laws"]
+    assert told["tier"] == "interpreted"
+    assert "kernel" in told["kind"] and "hand" in told["kind"]
+    assert told["reads"] == ["drag_area", "mass", "position", "time", "velocity"]
+    assert told["kind"] in str(engine.explain())
+
+
 def test_a_potential_in_python_stands_for_the_work_of_a_kernel(pack: Any) -> None:
     pack("heavy", "def force(mass, g, time):\n    return (0.0, 0.0, -mass * g + 0.0 * time)\n")
     engine = xp.PhysicsEngine(up="z")
@@ -163,7 +175,7 @@ def test_a_parameter_takes_effect(pack: Any) -> None:
 def test_an_edited_kernel_runs_as_it_stands(pack: Any, compile: str, count: int) -> None:
     pack("lift", LIFT)
     before, _ = flying(Lift, count, compile)
-    pack("lift", LIFT.replace("STALL = 3.0", "STALL = 3.9"))
+    pack("lift", LIFT.replace("STALL = 2.0**2.0 - math.sqrt(1.0)", "STALL = 3.9"))
     after, _ = flying(Lift, count, compile)
     assert (before != after).any()
     pack("lift", LIFT)

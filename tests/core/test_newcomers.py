@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import random
+import re
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -226,3 +228,141 @@ def test_arguments_the_wrong_way_round_say_so() -> None:
         engine.add_law("collision:elastic", container=xp.when.Impact())
     with pytest.raises(UnknownLawError, match=r"Add it first: engine.add_law\('basic:wind'\)"):
         engine.add_object(xp.PhysicalObject(), laws=["basic:wind"])
+
+
+# Slips of the pen, and the way out that the message shows
+
+
+def told(error: type[Exception] = TraceError, base: type[Any] = xp.FieldLaw, **members: Any) -> str:
+    """What is said when a law with ``members`` is added."""
+    own = {"id": "mine:slip", "c": xp.Param(1.0), "k": xp.Param(1.0, unit="N/m"), "near": xp.Param(1.0, unit="m")}
+    with pytest.raises(error) as said:
+        xp.PhysicsEngine(up="z").add_law(type("Slip", (base,), own | members))
+    return str(said.value)
+
+
+SLIPS: dict[str, tuple[Callable[..., Any], str]] = {
+    "forgotten self": (lambda self, body: -k * body.position, r"name 'k' is not defined\. Write self\.k\."),  # type: ignore[name-defined]  # noqa: F821
+    "forgotten body": (lambda self, body: -self.k * position, r"Write body\.position\."),  # type: ignore[name-defined]  # noqa: F821
+    "parameter": (lambda self, body: -self.neer * body.position, r"declares: c, k, near\. Did you mean \"near\"\?"),
+    "one argument": (
+        lambda self: self.k,
+        r"takes 1 positional argument but 2 were given\. .*At test_newcomers\.py:\d+: ",
+    ),
+    "abbreviation": (lambda self, body: -self.k * body.pos, r"Did you mean \"position\"\?"),
+    "all bodies": (lambda self, body: [-self.k * one.position for one in body], r"leave the loop out"),
+    "no keepdims": (
+        lambda self, body: self.k * np.linalg.norm(body.position, axis=1) * body.position,
+        r"with axis=1; .*v\.norm\(\) or keepdims=True",
+    ),
+    "list of three": (lambda self, body: [-self.k * body.position.x, 0, 0], r"xp\.vector\(fx, fy, fz\)\. At test_new"),
+    "a number": (lambda self, body: 5.0, r"returned 5\.0; .* At test_newcomers\.py:\d+: .a number.: "),
+    "nothing": (lambda self, body: None, r"is a `return` missing\? .* At test_newcomers\.py:\d+: .nothing.: "),
+    "random": (
+        lambda self, body: self.k * random.random() * body.position,
+        r"random numbers.* At test_newcomers\.py:\d+: lambda self, body: self\.k \* random",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_is_told_with_its_line_and_the_way_out(slip: str) -> None:
+    force, expected = SLIPS[slip]
+    assert re.search(expected, told(force=force)), told(force=force)
+
+
+def test_a_method_without_self_is_told_how_it_begins() -> None:
+    def force(body: Any) -> Any:
+        return body.k * body.position
+
+    assert re.search(r"Write def force\(self, body\)\. At test_newcomers\.py:\d+: def force\(body", told(force=force))
+
+
+def test_a_parameter_without_a_unit_is_told_the_unit() -> None:
+    said = told(xp.errors.DimensionError, force=lambda self, body: -self.c * body.velocity.norm() * body.velocity)
+    assert "Hint: kg/m is missing, and c has no unit: Param(..., unit='kg/m')" in said
+
+
+def test_a_number_of_the_text_is_told_the_unit_that_it_needs() -> None:
+    said = told(xp.errors.DimensionError, force=lambda self, body: body.mass * (0, 0, -9.81))
+    assert "Constant(9.81, unit='m/s^2')" in said
+
+
+def test_a_chain_of_comparisons_is_shown_unchained() -> None:
+    def force(self: Any, body: Any) -> Any:
+        return xp.where(0 < body.position.z < self.near, -self.k * body.position, 0)
+
+    def branch(self: Any, body: Any) -> Any:
+        if 0 < body.position.z < self.near:
+            return -self.k * body.position
+        return 0
+
+    assert "(0 < body.position.z) & (body.position.z < self.near)" in told(xp.errors.TracedBranchError, force=force)
+    assert "np.where((0 < body.position.z) & (body" in told(xp.errors.TracedBranchError, force=branch)
+
+
+def test_filling_a_numpy_array_is_told_of_vector() -> None:
+    def force(self: Any, body: Any) -> Any:
+        found = np.zeros(3)
+        found[2] = -self.k * body.position.z
+        return found
+
+    assert "xp.vector(x, y, z)" in told(xp.errors.TracedBranchError, force=force)
+
+
+def test_a_formula_may_be_printed_with_a_format(capsys: pytest.CaptureFixture[str]) -> None:
+    def force(self: Any, body: Any) -> Any:
+        print(f"{body.position.z:.3f}")
+        return -self.k * body.position
+
+    xp.PhysicsEngine().add_law(
+        type("Talks", (xp.FieldLaw,), {"id": "mine:talks", "k": xp.Param(1.0, unit="N/m"), "force": force})
+    )
+    assert "<traced value of shape (n, 1)>" in capsys.readouterr().out
+
+
+def test_a_law_whose_init_forgets_its_parent_is_told_so() -> None:
+    assert "begin it with super().__init__" in told(
+        xp.errors.LawDefinitionError, __init__=lambda self: None, force=lambda self, body: 0
+    )
+
+
+def test_text_is_no_default_of_a_number() -> None:
+    with pytest.raises(xp.errors.LawDefinitionError, match=r"Param\(1.0, unit='N/m'\)"):
+        xp.Param("1 N/m", unit="N/m")
+
+
+def test_a_slip_in_the_name_of_a_live_parameter_is_no_new_attribute() -> None:
+    engine = xp.PhysicsEngine(up="z")
+    gravity = engine.add_law("basic:planet_gravity")
+    with pytest.raises(xp.errors.ParameterError, match=r'no parameter .aceleration.; .* Did you mean "acceleration"'):
+        gravity.aceleration = 1.62  # type: ignore[attr-defined]
+    gravity.colour = "blue"  # type: ignore[attr-defined]
+    gravity.acceleration = 1.62  # type: ignore[attr-defined]
+    assert gravity.parameters["acceleration"] == 1.62 and not hasattr(gravity, "aceleration")
+
+
+@pytest.mark.parametrize(("unit", "meant"), [("Nm", "N*m"), ("kg*m/s2", "s^2"), ("N m-1", "m^-1")])
+def test_units_as_they_are_often_typed_are_told_how_to_write_them(unit: str, meant: str) -> None:
+    with pytest.raises(xp.errors.UnitError, match=re.escape(meant)):
+        xp.units.parse(unit)
+
+
+def test_a_column_that_nobody_declares_is_told_how_to_declare_it() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(type("Push", (xp.FieldLaw,), {"id": "mine:push", "E": xp.Param((1.0, 0.0, 0.0), unit="V/m"),
+                                                       "force": lambda self, body: body.loading * self.E}))  # fmt: skip
+    engine.add_object(xp.PhysicalObject(), laws=[law])
+    with pytest.raises(LawFailedError, match=r'columns = \{"loading": xp\.Column'):
+        engine.run(until=1.0, dt=0.1)
+
+
+def test_torque_along_the_way_is_not_said_to_be_none() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(
+        type("Magnet", (xp.FieldLaw,), {"id": "mine:magnet", "m": xp.Param((1.0, 0.0, 0.0), unit="N m"),
+                                        "torque": lambda self, body: body.to_world((1, 0, 0)).cross(self.m)})
+    )  # fmt: skip
+    engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), orientation=(0.8, 0, 0, 0.6)), laws=[law])
+    engine.run(until=0.1, dt=0.01)
+    assert engine.explain().data["groups"][0]["because"] == "laws along the way: mine:magnet; no stored torque"

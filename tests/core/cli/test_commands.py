@@ -444,7 +444,11 @@ def test_warm_compiles_what_a_scene_needs_and_runs_nothing(
     monkeypatch.setenv("XPHEVE_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(tiers, "_compiled", {})
     told = call("warm", windy)
-    assert told.exit_code == 0 and "1 rows and pairs are not compiled" in told.stdout and "0 loops ready" in told.stdout
+    assert (
+        told.exit_code == 0
+        and 'not compiled: compile="never"; 1 rows and pairs' in told.stdout
+        and "0 loops ready" in told.stdout
+    )
     told = call("warm", windy, scene, "--compile", "always")
     assert (
         told.exit_code == 0 and "1 loop ready" in told.stdout and "compiled now, and kept for later runs" in told.stdout

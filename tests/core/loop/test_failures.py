@@ -13,6 +13,7 @@ import pytest
 import xpheve as xp
 from xpheve.errors import LawFailedError, XpheveWarning
 from xpheve.loop.program import Program
+from xpheve.plan import loops, tiers
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -136,10 +137,7 @@ def test_the_last_flight_of_a_run_does_not_end_outside_the_range(compile: str, c
 def test_an_interrupt_leaves_the_engine_as_it_was_at_some_step(
     compile: str, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import xpheve.plan.tiers as tiers
-    import xpheve.plan.world as world
-
-    monkeypatch.setattr(tiers, "cost_of_step", lambda tier, load: world.STRIDE // 100)
+    monkeypatch.setattr(tiers, "cost_of_step", lambda tier, load: loops.STRIDE // 100)
     engine, _ = scene(Fading, compile, count)
     run, calls = Program.run, [0]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import xpheve as xp
 from xpheve.errors import TraceError
 from xpheve.trace.recording import Recording, _instead_of, _instead_of_branch
 
@@ -39,3 +40,13 @@ def test_the_first_error_is_kept() -> None:
         recording.refuse("second")
     assert recording.error is first.value
     assert recording.apply == "apply(self, a, b)"
+
+
+def test_a_line_that_nobody_can_read_is_named_by_its_number() -> None:
+    text = "def force(self, body):\n    '''N.'''\n    return body.mass + body.velocity\n"
+    space: dict[str, object] = {}
+    exec(compile(text, "typed at a prompt", "exec"), space)
+    law = type("Typed", (xp.FieldLaw,), {"__doc__": "Typed.", "id": "test:typed", "force": space["force"]})
+    with pytest.raises(TraceError, match=r"typed at a prompt:3\.") as refused:
+        xp.PhysicsEngine().add_law(law)
+    assert ": ." not in str(refused.value)

@@ -13,6 +13,7 @@ values of section 2; NIST SP 811 (2008), appendix B, for the foot, the pound and
 from __future__ import annotations
 
 import math
+import re
 from functools import lru_cache
 
 from xpheve.errors import UnitError
@@ -417,7 +418,16 @@ def _power(base: str, exponent: float) -> str:
     return f"{base}^{exponent:g}" if exponent == int(exponent) else f"{base}^({exponent:g})"
 
 
+def _known(token: str) -> bool:
+    return bool(PLAIN.get(token) or PREFIXED.get(token) or _with_prefix(token))
+
+
 def _hint(token: str) -> str:
+    if token == "-":
+        return " A negative power is written m^-1, or with /."
+    power = re.fullmatch(r"([^\W\d_]+)(\d)", token)
+    if power and _known(power[1]):
+        return f' Did you mean "{power[1]}^{power[2]}"?'
     names = [*PREFIXED, *PLAIN, "kg", "km", "cm", "mm", "ms", "us", "kN", "kPa", "MPa", "GPa", "kW", "kJ", "mT"]
     for name in names:
         if name.casefold() == token.casefold():
@@ -432,6 +442,9 @@ def _hint(token: str) -> str:
     ):  # fmt: skip
         if token.casefold() in words:
             return f' Did you mean "{name}"?'
+    for at in range(1, len(token)):
+        if len(token) < 4 and _known(token[:at]) and _known(token[at:]):
+            return f' Did you mean "{token[:at]}*{token[at:]}"?'
     from xpheve.plugins.suggest import did_you_mean
 
     return did_you_mean(token, names)

@@ -38,6 +38,11 @@ class Laws(Hosting):
         """
         made = self._make_law(law, parameters)
         world = self._world
+        if "engine" not in made.__dict__:
+            raise LawDefinitionError(
+                f"{made.label()}: __init__ of {type(made).__name__} leaves the law unmade: begin it with super().__init__(**parameters), "
+                "or leave it out and declare numbers as Param"
+            )
         if made.engine is not None:
             where = "this engine already" if made.engine is self else "another engine"
             raise OwnershipError(f"{made!r} is in {where}; make another: type(law)(**law.parameters)")

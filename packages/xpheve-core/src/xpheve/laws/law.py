@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from xpheve.errors import InvalidValueError, LawDefinitionError, ParameterError
@@ -108,6 +109,16 @@ class PhysicalLaw:
         self.evaluations = 0
         """How often the law was evaluated: calls of its method, each for all the objects concerned."""
         self.engine: LawHost | None = None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute; in an engine, one that is a slip of the finger for a parameter raises `ParameterError`."""
+        if name not in self.__dict__ and self.__dict__.get("engine") is not None and not hasattr(type(self), name):
+            near = get_close_matches(name, self.params, n=1, cutoff=0.8)
+            if near:
+                raise ParameterError(
+                    f'{self.label()} has no parameter {name!r}; it has: {", ".join(self.params)}. Did you mean "{near[0]}"?'
+                )
+        super().__setattr__(name, value)
 
     @property
     def name(self) -> str:

@@ -56,6 +56,10 @@ class Param:
         self.size = len(default) if isinstance(default, (tuple, list)) else size
         self.doc = doc
         self.default = tuple(map(float, default)) if isinstance(default, (tuple, list)) else default
+        if isinstance(default, str) and not choices and unit != "1":
+            raise LawDefinitionError(
+                f"default {default!r} is text: give the number in {unit}, as in Param(1.0, unit={unit!r})"
+            )
         if choices and default not in choices and default is not None:
             raise LawDefinitionError(f"default {default!r} is none of the choices {choices}")
 

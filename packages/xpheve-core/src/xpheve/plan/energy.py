@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.plan.driven import immovable
+from xpheve.plan.groups import Batch
 from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
 
@@ -57,6 +58,23 @@ def spin_energy(orientation: Array, omega: Array, inertia: Array) -> Array:
     spin = spin_of(orientation, omega, inertia)
     found: Array = 0.5 * (spin[0] * omega[0] + spin[1] * omega[1] + spin[2] * omega[2])
     return found
+
+
+def twisted(batch: Batch) -> Any:
+    """Which rows of ``batch`` are under a torque: all that changes their energy of rotation."""
+    torque = batch.state.arrays.get("torque")
+    return np.zeros(batch.state.count, dtype=bool) if torque is None else torque.any(axis=0)
+
+
+def twist_label(batch: Batch) -> str:
+    """Under what name the work of torques on ``batch`` is booked."""
+    return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
+
+
+def label_of(batch: Batch) -> str:
+    """Under what name the work of forces along the way on ``batch`` is booked."""
+    labels = [law.label() for law in batch.laws if not law.defines("potential")]
+    return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
 
 
 class Snapshot:
@@ -178,19 +196,19 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
     for batch in world.batches:
         if not batch.state.count:
             continue
-        rows, found = batch.state.rows, work.setdefault(world._label(batch), [])
+        rows, found = batch.state.rows, work.setdefault(label_of(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
-        turned = rows[world.twisted(batch)]
+        turned = rows[twisted(batch)]
         if len(turned):
             inertia = bodies.arrays["inertia"][:, turned]
             now = spin_energy(shot["orientation"][:, turned], shot["angular_velocity"][:, turned], inertia)
             before = spin_energy(
                 bodies.arrays["orientation"][:, turned], bodies.arrays["angular_velocity"][:, turned], inertia
             )
-            work.setdefault(world._twist_label(batch), []).extend([*now.tolist(), *(-before).tolist()])
+            work.setdefault(twist_label(batch), []).extend([*now.tolist(), *(-before).tolist()])
     return work
 
 

@@ -73,9 +73,11 @@ class Evaluator:
         from xpheve.plugins.suggest import did_you_mean
 
         known = [*STATE_WIDTHS, *OTHERS, *self.bodies.columns]
+        near = did_you_mean(name, known)
+        way_out = near or f' A law that needs it declares it: columns = {{"{name}": xp.Column(0.0, unit=...)}}'
         return LawFailedError(
             f"{law.label()} reads body.{name}, which is no property and no column that a law here declares; "
-            f"at hand: {', '.join(known)}.{did_you_mean(name, known)}",
+            f"at hand: {', '.join(known)}.{way_out}",
             law,
         )
 
@@ -190,7 +192,7 @@ class Evaluator:
             )
             raise LawFailedError(
                 f"{law.label()}.{method} returned {shape}; real numbers of shape ({len(rows)}, 3) or (3,) are needed: one vector an object. "
-                "A number times a direction is one: body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns",
+                "A number times a direction is one: body.position.z * (0, 0, 1); so is xp.vector(fx, fy, fz)",
                 law,
             ) from None
         return self._finite(law, method, full, rows, time)

@@ -130,6 +130,8 @@ def _because(signature: Any) -> str:
         "principal": "torque about a principal axis",
         "general": "a torque in general direction",
     }
+    if signature.laws:
+        torque["none"] = "no stored torque"
     laws = f"laws along the way: {', '.join(signature.laws)}" if signature.laws else "stored forces only"
     return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}"
 
@@ -309,7 +311,9 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines.append(f"  drift of kinetic + potential - work since the start: {drift}")
     lines += [f"  work by {name}: {joules:.9g} J" for name, joules in energy["work_by"].items()]
     lines += ["", *(f"skipped: {text}" for text in data["skipped"])]
-    lines += [f"compiled: {kernel_line(one)}" for one in data["compiled"]] or ["compiled: nothing"]
+    lines += [f"compiled in this process: {kernel_line(one)}" for one in data["compiled"]] or [
+        "compiled in this process: nothing"
+    ]
     lines += [f"column {name!r} was given to objects, but no law here reads it" for name in data["unread_columns"]]
     lines += [str(remark) for remark in data["remarks"]]
     return lines

@@ -38,7 +38,7 @@ def loop_of(world: World, batch: Batch) -> dict[str, Any]:
 
 
 def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
-    from xpheve.plan.tiers import FEW, MANY, choose_tier
+    from xpheve.plan.tiers import choose_tier, why_tier
 
     try:
         program = sources.program
@@ -52,13 +52,7 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
     tier = world.tiers.get(batch.signature)
     if tier is None and ran:
         return ALONE, f"{batch.stepper.id} asked for no loop, as when bodies turn"
-    size = f"{sources.load} rows and pairs"
-    if world.compile != "auto":
-        size = f'compile="{world.compile}"; {size}'
-    elif sources.load >= MANY:
-        size = f"{size}: from {MANY} on it pays to compile"
-    else:
-        size = f"{size}: up to {FEW} floats one by one are fastest, below {MANY} it does not pay to compile"
+    size = why_tier(world.compile, sources.load)
     return (tier, size) if tier is not None else (choose_tier(world.compile, sources.load), f"{size}; not run yet")
 
 

@@ -11,6 +11,7 @@ from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
+from xpheve.plan import loops
 from xpheve.plan.driven import dependents, immovable
 from xpheve.plan.world import World
 
@@ -246,7 +247,7 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
             world.mapping.check(obj, [law])
         world.switches[law] = world.switches.get(law, 0) + 1
     if isinstance(law, ContinuousLaw) and _in_loops(world, law, what):
-        world.renew(law, linked_again=what == "enabled" and world.switches[law] <= 2)
+        loops.renew(world, law, linked_again=what == "enabled" and world.switches[law] <= 2)
         return
     if what == "enabled":
         if law.enabled:
@@ -276,13 +277,13 @@ def law_changed(world: World, law: PhysicalLaw, what: str) -> None:
 
 def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     """Whether the change is no more than another number, or another text, for the loops that ``law`` is in: nobody need be planned anew."""
-    if law.containers or law in world.constant or not world.is_linked(law):
+    if law.containers or law in world.constant or not loops.is_linked(world, law):
         return False
     if what != "enabled":
-        return law.enabled and world.same_structure(law)
+        return law.enabled and loops.same_structure(world, law)
     if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
         return False
-    return world.is_switched(law) or world.may_link_again(law)
+    return world.is_switched(law) or loops.may_link_again(world, law)
 
 
 def restore_constant_forces(world: World, obj: PhysicalObject, name: str) -> None:

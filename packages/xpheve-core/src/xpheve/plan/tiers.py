@@ -20,6 +20,18 @@ def choose_tier(wish: str, load: int) -> str:
     return INTERPRETED if load <= FEW else NUMPY
 
 
+def why_tier(wish: str, load: int) -> str:
+    """Why `choose_tier` chooses as it does, for people."""
+    size = f"{load} rows and pairs"
+    if wish != "auto":
+        return f'compile="{wish}"; {size}'
+    if load >= MANY:
+        return f"{size}: from {MANY} on it pays to compile"
+    if load > FEW:
+        return f"{size}: below {MANY} it does not pay to compile"
+    return f"{size}: up to {FEW} floats one by one are fastest"
+
+
 def cost_of_step(tier: str, load: int) -> int:
     """About how long a step over ``load`` rows and pairs takes, in units of a compiled row's 10 ns; by which long runs pause for breath."""
     if tier == INTERPRETED:

@@ -35,7 +35,7 @@ def warm(engine: PhysicsEngine) -> Iterator[Warmed]:
         From the laws, and from the compiler.
     """
     from xpheve.loop.program import COMPILED
-    from xpheve.plan.tiers import choose_tier
+    from xpheve.plan.tiers import choose_tier, why_tier
 
     world = engine._world
     world.plan()
@@ -47,7 +47,7 @@ def warm(engine: PhysicsEngine) -> Iterator[Warmed]:
         if program is None:
             yield Warmed(what, "none", 0.0, sources.why_alone)
         elif choose_tier(world.compile, sources.load) != COMPILED:
-            yield Warmed(what, "none", 0.0, f"{sources.load} rows and pairs are not compiled")
+            yield Warmed(what, "none", 0.0, f"not compiled: {why_tier(world.compile, sources.load)}")
         else:
             kernel = program.entry(COMPILED)
             yield Warmed(kernel.what, kernel.origin, kernel.seconds)

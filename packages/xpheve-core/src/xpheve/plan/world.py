@@ -16,13 +16,13 @@ from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import InvalidValueError, LawFailedError, StateError, TraceError, XpheveError, XpheveWarning
 from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
-from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
+from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
+from xpheve.plan import books, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
-from xpheve.plan.energy import spin_energy
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
@@ -39,9 +39,6 @@ from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
 
-STRIDE = (
-    20_000_000  # rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long
-)
 WISHES = ("auto", "always", "never")
 """Which loops are compiled."""
 BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats itself without end
@@ -205,69 +202,6 @@ class World:
         trace = formula_of(law)
         return frozenset() if trace is None else trace.reads
 
-    def same_structure(self, law: ContinuousLaw) -> bool:
-        """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
-        trace = formula_of(law)
-        return all(
-            batch.sources is None or batch.sources.is_made_from(law, trace)
-            for batch in self.batches
-            if law in batch.laws
-        )
-
-    def is_linked(self, law: ContinuousLaw) -> bool:
-        """Whether ``law`` is known in the batches of all its objects."""
-        batches = self._batches_of(law)
-        return bool(batches) and all(law in batch.laws for batch in batches)
-
-    def _batches_of(self, law: ContinuousLaw) -> list[Batch]:
-        """The batches of the objects of ``law`` that move; none if one of them is not planned."""
-        rows = [obj._row for obj in self.mapping.objects(law) if not immovable(obj)]
-        numbers = np.unique(self.bodies.batch[rows]).tolist() if rows and not self.unplanned else [-1]
-        return [] if numbers[0] < 0 else [self.batches[number] for number in numbers]
-
-    def may_link_again(self, law: ContinuousLaw) -> bool:
-        """Whether loops can do without ``law``, or take it up again, with everybody where he is.
-
-        Each batch of its objects has another law on all its rows, by which it must be stepped anyway.
-        """
-        return all(self._stands_without(batch, law) for batch in self._batches_of(law))
-
-    def _stands_without(self, batch: Batch, law: ContinuousLaw) -> bool:
-        objects = {self.bodies.objects[row] for row in batch.state.rows.tolist()}
-        others = [one for one in batch.laws if one is not law and (one.enabled or self.is_switched(one))]
-        return any(objects <= self.mapping.objects(one).keys() for one in others)
-
-    def renew(self, law: ContinuousLaw, linked_again: bool = False) -> None:
-        """A number that ``law`` reads is another from now on: flights under way begin anew, and loops read it again.
-
-        Or loops are ``linked_again``, without ``law`` or with it.
-        """
-        if self.transaction is not None:
-            self.transaction.later.append(partial(self.renew, law, linked_again))
-            return
-        for batch in self.batches:
-            if law not in batch.laws or not batch.state.count:
-                continue
-            if linked_again:
-                batch.sources = None
-            sources = self.sources(batch)
-            assert sources is not None
-            sources.renew()
-            if batch.stepper.covered(batch.state) > self.time:
-                self._restart_batch(batch)
-
-    def _restart_batch(self, batch: Batch) -> None:
-        """All rows of ``batch`` start anew now, in the midst of a step."""
-        before = self._snapshot(batch)
-        rows = list(batch.stepper.restart(batch.state, self.bodies, self.time, self.sources(batch)))
-        self._after_step(batch, before)
-        self.bodies.version[rows] += 1
-        self.bodies.change += 1
-        objects = self.in_rank_order(self.bodies.objects[row] for row in rows)
-        if self.contacts is not None:
-            self.contacts.refresh([obj._row for obj in objects])
-        self.wakeups.refresh(objects)
-
     def group_of(self, obj: PhysicalObject) -> list[PhysicalObject]:
         """The group of ``obj``."""
         return self.groups.get(obj, [obj])
@@ -309,7 +243,7 @@ class World:
         for obj in changed:
             touched = transaction.touched[obj]
             if not touched.driven:
-                self._account(obj, touched.held, touched.clock, touched.flown)
+                books.account(self, obj, touched.held, touched.clock, touched.flown)
         self.sum_all(transaction.forced)
         rows = self._restart(changed, transaction)
         for obj, name in transaction.written:
@@ -340,10 +274,10 @@ class World:
             rows = by_batch.get(number, [])
             if number >= 0:
                 batch = self.batches[number]
-                before = self._snapshot(batch)
+                before = books.snapshot(self, batch)
                 asked = list(dict.fromkeys([*rows, *moved.get(number, ())]))
                 new = batch.stepper.changed(batch.state, bodies, asked, self.time, self.sources(batch))
-                self._after_step(batch, before, rows)
+                books.after_step(self, batch, before, rows)
                 rows = list(new)
             bodies.version[rows] += 1
             found.update(rows)
@@ -381,114 +315,9 @@ class World:
 
     # Work of what has no potential
 
-    def _account(
-        self,
-        obj: PhysicalObject,
-        held: dict[str, tuple[float, ...]],
-        clock: Instant,
-        flown: dict[str, tuple[float, ...]],
-    ) -> None:
-        """Add the work that the stored forces of ``obj`` without potential did over the flight that ends now."""
-        transaction = self.transaction
-        stored = transaction.touched[obj].forces if transaction is not None else self.forces.on(obj)
-        number = int(self.bodies.batch[obj._row])
-        torque = self.batches[number].state.arrays.get("torque") if number >= 0 else None
-        turned = torque is not None and torque[:, int(self.bodies.local[obj._row])].any()
-        works = number >= 0 and self.batches[number].working is not None
-        if not works and not turned and all(one.accounted for one in stored):
-            return
-        way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
-        work: dict[str, list[float]] = {}
-        for one in stored:
-            if not one.accounted:
-                label = one.owner.label() if one.owner is not None else "forces"
-                work.setdefault(label, []).extend(f * d for f, d in zip(one.force.vector, way, strict=True))
-        for label, parts in sorted(work.items()):
-            self.add_work(label, math.fsum(parts))
-        if number < 0:
-            return
-        batch, local = self.batches[number], int(self.bodies.local[obj._row])
-        if works and batch.working is not None:
-            force = batch.working[:, local]
-            self.add_work(self._label(batch), math.fsum((force * np.array(way)).tolist()))
-        if turned:
-            inertia = self.bodies.arrays["inertia"][:, [obj._row]]
-            after, before = (
-                spin_energy(np.array([one["orientation"]]).T, np.array([one["angular_velocity"]]).T, inertia)[0]
-                for one in (flown, held)
-            )
-            self.add_work(self._twist_label(batch), float(after - before))
-
-    def twisted(self, batch: Batch) -> Any:
-        """Which rows of ``batch`` are under a torque: all that changes their energy of rotation."""
-        torque = batch.state.arrays.get("torque")
-        return np.zeros(batch.state.count, dtype=bool) if torque is None else torque.any(axis=0)
-
-    def _twist_label(self, batch: Batch) -> str:
-        return " + ".join(law.label() for law in batch.laws if law.defines("torque")) or "forces"
-
-    def take_work(self, batch: Batch, locals_: Sequence[int]) -> None:
-        """Book what the stepper kept of the work done on rows of ``batch``."""
-        kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
-        joules = math.fsum(value for array in kept for value in array[0, locals_].tolist())
-        if joules:
-            self.add_work(self._label(batch), joules)
-        for array in kept:
-            array[0, locals_] = 0.0
-
     def add_work(self, label: str, joules: float) -> None:
         """Book work done by what has no potential."""
         self.work[label] = self.work.get(label, 0.0) + joules
-
-    def _label(self, batch: Batch) -> str:
-        labels = [law.label() for law in batch.laws if not law.defines("potential")]
-        return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
-
-    def _snapshot(self, batch: Batch, sources: BatchSources | None = None) -> dict[str, Array] | None:
-        """The flights of a batch that end now, if work is to be booked over them, and over those to come under ``sources``."""
-        twisted = self.twisted(batch)
-        if sources is not None:
-            twisted = twisted | sources.twists[batch.state.rows]
-        rows, bodies = batch.state.rows, self.bodies
-        books = batch.stepper.books_work
-        works = not books and (batch.working is not None or bool(bodies.arrays["working"][:, rows].any()))
-        if not works and not twisted.any():
-            return None
-        force = np.zeros((3, len(rows)))
-        if works:
-            force = bodies.arrays["working"][:, rows] + (0.0 if batch.working is None else batch.working)
-        turned = rows[twisted]
-        energy = spin_energy(
-            bodies.arrays["orientation"][:, turned],
-            bodies.arrays["angular_velocity"][:, turned],
-            bodies.arrays["inertia"][:, turned],
-        )
-        return {
-            "position": bodies.arrays["position"][:, rows].copy(),
-            "force": force,
-            "turned": turned,
-            "energy": energy,
-        }
-
-    def _after_step(self, batch: Batch, before: dict[str, Array] | None, skip: Iterable[int] = ()) -> None:
-        """Book the work over the flights that a step ended, but for rows whose flight an event ended."""
-        if before is None:
-            return
-        bodies = self.bodies
-        left = ~np.isin(batch.state.rows, list(skip))
-        way = (bodies.arrays["position"][:, batch.state.rows] - before["position"])[:, left]
-        joules = math.fsum((before["force"][:, left] * way).ravel().tolist())
-        if joules:
-            self.add_work(self._label(batch), joules)
-        turned = before["turned"]
-        if len(turned):
-            now = spin_energy(
-                bodies.arrays["orientation"][:, turned],
-                bodies.arrays["angular_velocity"][:, turned],
-                bodies.arrays["inertia"][:, turned],
-            )
-            gained = (now - before["energy"])[~np.isin(turned, list(skip))]
-            self.add_work(self._twist_label(batch), math.fsum(gained.tolist()))
 
     # Batches
 
@@ -517,18 +346,18 @@ class World:
         begin = batch.stepper.covered(batch.state)
         self._merge_into(batch, begin)
         sources = self.sources(batch)
-        before = self._snapshot(batch, sources)
+        before = books.snapshot(self, batch, sources)
         steps = 1
         if sources is not None:
-            steps = self._steps_unheard(batch, sources, begin, need)
+            steps = loops.steps_at_once(self, batch, sources, begin, need)
             wall = sources.wall(begin, wall)
         if steps > 1:
             assert self.grid is not None
-            grid = Grid(self.grid[0], self.grid[1], self._number_at(begin))
+            grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
             stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
-        self._after_step(batch, before)
+        books.after_step(self, batch, before)
         self.time = max(self.time, begin)
         if len(stop.rows):
             everyone = len(stop.rows) == batch.state.count
@@ -537,43 +366,6 @@ class World:
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
             self.wakeups.refresh(self.bodies.objects[row] for row in map(int, stop.rows))
-
-    def _steps_unheard(self, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
-        """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-        if self.settings.dt is None or self.grid is None or len(sources.hands) or self._is_heard(batch):
-            return 1
-        from xpheve.plan.tiers import cost_of_step
-
-        origin, dt, _ = self.grid
-        number = self._number_at(begin)
-        if number < 0:
-            return 1
-        end = min(need, sources.wall(begin, NEVER))
-        load = max(batch.state.count, sources.load)
-        most = max(1, STRIDE // cost_of_step(self.tier_of(sources), load))
-        span = elapsed(end, begin) / dt
-        steps = int(min(most, span)) if math.isfinite(span) else most
-        if steps < most and multiple(origin, number + steps, dt) < end:
-            steps += 1
-        while steps > 1 and end != need and multiple(origin, number + steps, dt) > end:
-            steps -= 1
-        return max(1, steps)
-
-    def _number_at(self, t: Instant) -> int:
-        """The number of the host step that begins at ``t``; -1 if none does."""
-        assert self.grid is not None
-        origin, dt, _ = self.grid
-        guess = round(elapsed(t, origin) / dt)
-        return next((k for k in (guess, guess - 1, guess + 1) if k >= 0 and multiple(origin, k, dt) == t), -1)
-
-    def _is_heard(self, batch: Batch) -> bool:
-        """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
-        objects = self.bodies.objects
-        rows = batch.state.rows.tolist()
-        if self.wakeups.tracker.follows_any(objects[row] for row in rows):
-            return True
-        contacts = self.contacts
-        return contacts is not None and any(contacts.concerns(objects[row]) for row in rows)
 
     def tier_of(self, sources: BatchSources) -> str:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
@@ -627,7 +419,7 @@ class World:
         batch = self.batches[number]
         local = int(bodies.local[row])
         if batch.stepper.books_work:
-            self.take_work(batch, [local])
+            books.take_work(self, batch, [local])
         last = int(batch.state.rows[-1])
         batch.stepper.leave(batch.state, local)
         batch.state.locate()
@@ -734,7 +526,7 @@ class World:
                 state = tuple(self.read_row(row, name) for name in STATE_WIDTHS)
             flown = dict(zip(STATE_WIDTHS, state, strict=True))
             if not obj._driven:
-                self._account(obj, held, clock, flown)
+                books.account(self, obj, held, clock, flown)
             for name in STATE_WIDTHS:
                 bodies.put(name, row, flown[name])
             bodies.re_base(row, self.time)

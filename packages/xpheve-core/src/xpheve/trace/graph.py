@@ -17,8 +17,6 @@ from xpheve.units import NONE, Dimension, show
 # What an operation asks of the dimensions of its arguments, and gives.
 SAME = ("+", "-", "min", "max")
 COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
-PURE = ("exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
-"""Functions of pure numbers, to pure numbers."""
 LOGIC = ("and", "or", "not")
 
 
@@ -268,15 +266,14 @@ def author_place() -> Place:
 
 
 def line_of(place: Place) -> str:
-    """``file:line: text`` of ``place``."""
+    """``file:line: text`` of ``place``; without the text where there is none to read, as at a prompt."""
     import linecache
 
     name, line = place
-    return (
-        f"{name.replace(chr(92), '/').rpartition('/')[2]}:{line}: {linecache.getline(name, line).strip()}"
-        if name
-        else ""
-    )
+    if not name:
+        return ""
+    text = linecache.getline(name, line).strip()
+    return f"{name.replace(chr(92), '/').rpartition('/')[2]}:{line}{text and ': '}{text}"
 
 
 def walk(outputs: Sequence[Node]) -> Iterator[Node]:

@@ -134,7 +134,7 @@ def call_ufunc(recording: Recording, ufunc: Any, method: str, inputs: Sequence[A
     elif name in COMPOSED:
         found = COMPOSED[name](recording, *inputs)
     else:
-        _unsupported(recording, f"np.{name}")
+        _unsupported(recording, f"np.{name}" if hasattr(np, name) else name)
     return found if into is None else _put(recording, into[0], found)
 
 

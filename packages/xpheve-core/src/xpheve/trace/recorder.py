@@ -7,21 +7,25 @@ Source: recording by operator overloading, as in A. Griewank, A. Walther, Evalua
 
 from __future__ import annotations
 
+import inspect
 import random
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from linecache import getline
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from xpheve.errors import DimensionError, TraceError
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
+from xpheve.laws import Constant, ContinuousLaw, FieldLaw, PairLaw, Param, PhysicalLaw
 from xpheve.trace.graph import HOUSE, Graph, Node, Place, at, equal, line_of, walk
 from xpheve.trace.law_trace import LawTrace
 from xpheve.trace.recording import Recording
 from xpheve.trace.shadow import PROPERTIES, TracedBody, shadow_of
+from xpheve.trace.table import Table
 from xpheve.trace.values import NUMBER, Form, Traced, coerced
 from xpheve.units import NONE, Dimension, dimension, name_of, show
 
@@ -123,7 +127,7 @@ def _traced_twice(law: ContinuousLaw, columns: Iterable[str] | None) -> LawTrace
     if _chance() != before:
         raise TraceError(
             f"{law.label()}: the formula draws random numbers: how often it is called is the stepper's affair. "
-            "Draw them in a free-form law, from self.random, which sets a column or a parameter"
+            f"Draw them in a free-form law, from self.random, which sets a column or a parameter. {at(_drawing_line(law))}".rstrip()
         )
     second = _traced(law, columns)
     _check_same(law.label(), first.graph.nodes, second.graph.nodes)
@@ -141,7 +145,8 @@ def _traced(law: ContinuousLaw, columns: Iterable[str] | None) -> LawTrace:
         for method, unit in UNITS.items():
             if law.defines(method):
                 recording.method = method
-                result = _called(recording, shadow, method, bodies)
+                recording.definition = _definition(law, method)
+                result = _called(recording, shadow, method, bodies, law)
                 nodes = _number_of(recording, result) if method == "potential" else _vector_of(recording, result)
                 _check_dimension(recording, nodes, dimension(unit), unit)
                 read[method] = nodes[0] if method == "potential" else nodes
@@ -151,7 +156,9 @@ def _traced(law: ContinuousLaw, columns: Iterable[str] | None) -> LawTrace:
     return LawTrace(recording.label, recording.pair, recording.graph, read["force"], read["torque"], read["potential"])
 
 
-def _called(recording: Recording, shadow: Any, method: str, bodies: Sequence[TracedBody]) -> Any:
+def _called(
+    recording: Recording, shadow: Any, method: str, bodies: Sequence[TracedBody], law: ContinuousLaw | None = None
+) -> Any:
     """What ``method`` returns; the first error is raised whatever the author's ``except`` did with it."""
     try:
         with np.errstate(all="ignore"):
@@ -161,8 +168,11 @@ def _called(recording: Recording, shadow: Any, method: str, bodies: Sequence[Tra
             raise recording.error from None
         if isinstance(error, TraceError):
             raise
-        place = _place_of(error)
-        raise TraceError(f"{recording.where} raised {type(error).__name__}: {error}. {at(place)}".rstrip()) from error
+        place, way_out = _place_of(error), "" if law is None else _way_out(law, method, error)
+        place = place if place[0] else recording.definition
+        raise TraceError(
+            f"{recording.where} raised {type(error).__name__}: {error}.{way_out} {at(place)}".rstrip()
+        ) from error
     if recording.error is not None:
         raise recording.error
     return result
@@ -178,16 +188,58 @@ def _place_of(error: BaseException) -> Place:
     return place
 
 
+def _definition(law: ContinuousLaw, method: str) -> Place:
+    """Where ``method`` of the class of ``law`` begins."""
+    code = getattr(getattr(type(law), method), "__code__", None)
+    return ("", 0) if code is None else (code.co_filename, code.co_firstlineno)
+
+
+def _drawing_line(law: ContinuousLaw) -> Place:
+    """The first line of the methods of ``law`` that seems to draw random numbers; else where its first method begins."""
+    methods = [method for method in UNITS if law.defines(method)]
+    codes = [getattr(getattr(type(law), method), "__code__", None) for method in methods]
+    for code in (one for one in codes if one is not None):
+        for _, _, line in code.co_lines():
+            if line is not None and re.search("rand|normal|uniform|choice|shuffle", getline(code.co_filename, line)):
+                return code.co_filename, line
+    return _definition(law, methods[0])
+
+
+def _way_out(law: ContinuousLaw, method: str, error: Exception) -> str:
+    """What the author of ``method``, which raised ``error``, may have meant; a sentence after a blank, or nothing."""
+    bodies = "a, b" if isinstance(law, PairLaw) else "body"
+    name = str(getattr(error, "name", None) or "")
+    own = [one for one in dir(type(law)) if isinstance(_attribute(law, one), (Param, Constant, Table))]
+    if isinstance(error, NameError) and name in own:
+        return f" Write self.{name}."
+    if isinstance(error, NameError) and (name in PROPERTIES or name in law.columns):
+        return f" Write {bodies[0] if bodies == 'a, b' else bodies}.{name}."
+    if isinstance(error, AttributeError) and str(error).startswith(f"{type(law).__name__!r} object"):
+        near = get_close_matches(name, own, n=1)
+        column = (
+            f" What differs from object to object is {bodies.split(', ')[0]}.{name}." if name in law.columns else ""
+        )
+        meant = f' Did you mean "{near[0]}"?' if near else ""
+        return column or f" The law declares: {', '.join(own) or 'nothing'}.{meant}"
+    if isinstance(error, TypeError) and f".{method}() takes" in str(error):
+        return f" Write def {method}(self, {bodies})."
+    return ""
+
+
+def _attribute(law: ContinuousLaw, name: str) -> Any:
+    return inspect.getattr_static(type(law), name, None)
+
+
 # What is returned
 
 
 def _vector_of(recording: Recording, result: Any) -> tuple[Node, Node, Node]:
     """``result`` as three nodes: (n, 3), (3,), or 0; raises `TraceError`."""
     if result is None:
-        recording.refuse("returned None: is a `return` missing? For no force return 0")
+        recording.refuse("returned None: is a `return` missing? For no force return 0", recording.definition)
     wanted = (
         "real numbers of shape (n, 3) or (3,) are needed: one vector an object. A number times a direction is one: "
-        "body.position.z * (0, 0, 1); so are np.hstack([fx, fy, fz]) of columns"
+        "body.position.z * (0, 0, 1); so is xp.vector(fx, fy, fz)"
     )
     values = _returned(recording, result, wanted)
     nodes = tuple(recording.number(node) for node in values.nodes)
@@ -195,7 +247,7 @@ def _vector_of(recording: Recording, result: Any) -> tuple[Node, Node, Node]:
         nodes = nodes * 3
     elif values.form.width != 3:
         recording.error = TraceError(
-            f"{recording.where} returned {_described(values)}; {wanted}. {at(nodes[0].place)}".rstrip()
+            f"{recording.where} returned {_described(values)}; {wanted}. {at(_place_in(recording, result, nodes[0]))}".rstrip()
         )
         raise recording.error
     return nodes[0], nodes[1], nodes[2]
@@ -205,11 +257,11 @@ def _number_of(recording: Recording, result: Any) -> tuple[Node, ...]:
     """``result`` as one node: (n, 1) or a number; raises `TraceError`."""
     wanted = "real numbers of shape (n, 1) are needed: one an object or pair. a.dot(b), v.norm() and v.x have it"
     if result is None:
-        recording.refuse("returned None: is a `return` missing?")
+        recording.refuse("returned None: is a `return` missing?", recording.definition)
     values = _returned(recording, result, wanted)
     if values.form not in (NUMBER, Form(True, 1), Form(False, 1)):
         recording.error = TraceError(
-            f"{recording.where} returned {_described(values)}; {wanted}. {at(values.nodes[0].place)}".rstrip()
+            f"{recording.where} returned {_described(values)}; {wanted}. {at(_place_in(recording, result, values.nodes[0]))}".rstrip()
         )
         raise recording.error
     return (recording.number(values.nodes[0]),)
@@ -220,8 +272,15 @@ def _returned(recording: Recording, result: Any, wanted: str) -> Traced:
         return coerced(recording, result)
     except TraceError:
         shown = " ".join(repr(result).split())[:80]
-        recording.error = TraceError(f"{recording.where} returned {shown}; {wanted}")
+        recording.error = TraceError(
+            f"{recording.where} returned {shown}; {wanted}. {at(recording.definition)}".rstrip()
+        )
         raise recording.error from None
+
+
+def _place_in(recording: Recording, result: Any, node: Node) -> Place:
+    """The line of ``node``; of a plain number, which has none, the method's first."""
+    return node.place if isinstance(result, Traced) else recording.definition
 
 
 def _described(values: Traced) -> str:
@@ -256,9 +315,22 @@ def _hint(node: Node, excess: Dimension) -> str:
             for sign, what in ((1, "too many"), (-1, "too few")):
                 if equal(excess, tuple(sign * power * one for one in dim)):
                     return f" Hint: {many} {name} {what}."
-    if equal(tuple(-one for one in excess), dimension("N")):
-        return " Hint: a number in the text has no unit: declare it, Constant(1.0, unit='N'), or as a Param."
-    return ""
+    missing = tuple(-one for one in excess)
+    return _missing_unit(node, "N" if equal(missing, dimension("N")) else show(missing))
+
+
+def _missing_unit(node: Node, unit: str) -> str:
+    """Which parameter, or number of the text, was to have ``unit``, where there is one."""
+    nodes = list(walk([node]))
+    pure = {one.value.name for one in nodes if one.op == "param" and one.dim is not None and equal(one.dim, NONE)}
+    if len(pure) == 1:
+        return f" Hint: {unit} is missing, and {pure.pop()} has no unit: Param(..., unit={unit!r})."
+    numbers = {abs(one.value) for one in nodes if one.op == "const" and one.dim is not None and equal(one.dim, NONE)}
+    own = sorted(numbers - {0.5, 1.0, 2.0})
+    if pure or not numbers:
+        return ""
+    shown = own[0] if len(own) == 1 else 1.0
+    return f" Hint: a number in the text has no unit: declare it, Constant({shown!r}, unit={unit!r}), or as a Param."
 
 
 # What is read, and whether it is a formula
@@ -273,6 +345,7 @@ def _check_columns(law: ContinuousLaw, graph: Graph, columns: Iterable[str] | No
             continue
         name = node.value.name
         near = get_close_matches(name, at_hand, n=1, cutoff=0.8 if columns is None else 0.6)
+        near = near or [one for one in PROPERTIES if len(name) > 2 and one.startswith(name)]
         if columns is None and not near:
             continue
         meant = f' Did you mean "{near[0]}"?' if near else ""

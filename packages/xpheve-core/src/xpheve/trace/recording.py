@@ -7,7 +7,7 @@ import re
 from typing import NoReturn
 
 from xpheve.errors import TracedBranchError, TraceError
-from xpheve.trace.graph import Graph, Node, at, author_place, line_of
+from xpheve.trace.graph import Graph, Node, Place, at, author_place, line_of
 
 MOST_NODES = 20_000
 """Operations of one law. Beyond it a loop was meant for `apply`: text of this length takes minutes to compile."""
@@ -29,6 +29,8 @@ class Recording:
         self.pair = pair
         self.graph = Graph(label)
         self.method = "force"
+        self.definition: Place = ("", 0)
+        """Where the method begins, for messages on what it returns."""
         self.error: TraceError | None = None
         """The first error."""
 
@@ -46,9 +48,9 @@ class Recording:
         """Keep ``error`` if it is the first."""
         self.error = self.error or error
 
-    def refuse(self, text: str) -> NoReturn:
-        """Raise `TraceError`; the author's line is named."""
-        error = TraceError(f"{self.where}: {text}. {at(author_place())}".rstrip())
+    def refuse(self, text: str, place: Place | None = None) -> NoReturn:
+        """Raise `TraceError`; ``place``, or else the author's line, is named."""
+        error = TraceError(f"{self.where}: {text}. {at(author_place() if place is None else place)}".rstrip())
         self.note(error)
         raise error
 
@@ -99,8 +101,15 @@ class Recording:
             )
 
 
+def _unchained(text: str) -> str:
+    """``text`` with ``(a < x) & (x < b)`` for ``a < x < b``."""
+    atom, sign = r"(-?[\w.]+(?:\(\))?)", r"\s*([<>]=?)\s*"
+    return re.sub(atom + sign + atom + sign + atom, r"(\1 \2 \3) & (\3 \4 \5)", text)
+
+
 def _instead_of_branch(text: str) -> str:
     """What an author may write in place of the branch on the line ``text``."""
+    chained, text = text, _unchained(text)
     ternary = re.search(r"(?:return|[=(,])\s*([^=(,]+?) if (.+?) else (.+?)\)?$", text)
     plain = re.match(r"(?:el)?if (.+):|while (.+):|assert (.+?)(?:,|$)", text)
     if ternary:
@@ -114,12 +123,16 @@ def _instead_of_branch(text: str) -> str:
         condition, chosen = text, "np.where(condition, a, b)"
     if re.search(r"\b(and|or|not)\b", condition):
         return "Use np.where(condition, a, b), with (p) & (q) for `p and q`, (p) | (q) for `p or q`, ~(p) for `not p`"
+    if text != chained and not (ternary or plain):
+        return f"Use (a < x) & (x < b) for `a < x < b`: {text}"
     return f"Use {chosen}"
 
 
 def _instead_of(doing: str, text: str) -> str:
     """What an author may write in place of a call that asks for a number."""
     called = re.search(r"math\.(\w+)\(", text)
+    if doing == "float()" and not called and re.match(r"[\w.]+\[[^=]*\]\s*[-+*/]?=[^=]", text):
+        return "A NumPy array holds numbers only: put components together by xp.vector(x, y, z)"
     if doing == "float()" and called:
         name = {"fabs": "abs", "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power"}
         return f"Use np.{name.get(called[1], called[1])}"

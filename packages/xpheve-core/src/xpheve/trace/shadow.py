@@ -92,6 +92,11 @@ class TracedBody:
             f"sets {self._side or 'body'}.{name}, which is read-only in a formula: return the force, or write a free-form law"
         )
 
+    def __iter__(self) -> NoReturn:
+        self._recording.refuse(
+            f"goes over the objects of {self._side or 'body'}, which stands for all of them at once: a formula is said of each, so leave the loop out"
+        )
+
     def __repr__(self) -> str:
         return f"<traced {self._side or 'body'}>"
 

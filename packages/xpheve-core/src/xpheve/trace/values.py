@@ -419,6 +419,9 @@ class Traced:
 
     __trunc__ = __ceil__ = __floor__
 
+    def __format__(self, spec: str) -> str:
+        return repr(self)  # so that an f-string shows what print shows
+
     def __len__(self) -> int:
         if self.form.each or self.form.width is None:
             self.recording.branch("len()")
@@ -556,7 +559,12 @@ def together(recording: Recording, parts: Sequence[Traced], into: Form | None = 
     found = Form(each, width)
     if width == -1 or (into is not None and found != into):
         shapes = " and ".join(str(part.form) for part in parts)
-        how = ": [:, k] gives (n,), which NumPy does not put beside (n, 1); write .x or [:, k:k+1]" if bare else ""
+        how = (
+            ": [:, k] gives (n,), and so does a norm or sum with axis=1; NumPy does not put it beside (n, 1): "
+            "write .x or [:, k:k+1], v.norm() or keepdims=True"
+            if bare
+            else ""
+        )
         recording.refuse(f"values of shapes {shapes} do not go together{how}")
     return found
 

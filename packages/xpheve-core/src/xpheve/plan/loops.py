@@ -1,0 +1,131 @@
+"""Loops of a world that is running: how many steps they make in one call, and how they are linked again when laws are switched or set."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
+from xpheve.laws import ContinuousLaw
+from xpheve.plan import books
+from xpheve.plan.driven import immovable
+from xpheve.plan.evaluation import BatchSources
+from xpheve.plan.groups import Batch
+from xpheve.plan.hand_kernels import formula_of
+
+if TYPE_CHECKING:
+    from xpheve.plan.world import World
+
+STRIDE = 20_000_000
+"""Rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long."""
+
+
+def same_structure(world: World, law: ContinuousLaw) -> bool:
+    """Whether the loops that ``law`` is in were made from the trace that it has now: only numbers are others."""
+    trace = formula_of(law)
+    return all(
+        batch.sources is None or batch.sources.is_made_from(law, trace) for batch in world.batches if law in batch.laws
+    )
+
+
+def is_linked(world: World, law: ContinuousLaw) -> bool:
+    """Whether ``law`` is known in the batches of all its objects."""
+    batches = _batches_of(world, law)
+    return bool(batches) and all(law in batch.laws for batch in batches)
+
+
+def _batches_of(world: World, law: ContinuousLaw) -> list[Batch]:
+    """The batches of the objects of ``law`` that move; none if one of them is not planned."""
+    rows = [obj._row for obj in world.mapping.objects(law) if not immovable(obj)]
+    numbers = np.unique(world.bodies.batch[rows]).tolist() if rows and not world.unplanned else [-1]
+    return [] if numbers[0] < 0 else [world.batches[number] for number in numbers]
+
+
+def may_link_again(world: World, law: ContinuousLaw) -> bool:
+    """Whether loops can do without ``law``, or take it up again, with everybody where he is.
+
+    Each batch of its objects has another law on all its rows, by which it must be stepped anyway.
+    """
+    return all(_stands_without(world, batch, law) for batch in _batches_of(world, law))
+
+
+def _stands_without(world: World, batch: Batch, law: ContinuousLaw) -> bool:
+    objects = {world.bodies.objects[row] for row in batch.state.rows.tolist()}
+    others = [one for one in batch.laws if one is not law and (one.enabled or world.is_switched(one))]
+    return any(objects <= world.mapping.objects(one).keys() for one in others)
+
+
+def renew(world: World, law: ContinuousLaw, linked_again: bool = False) -> None:
+    """A number that ``law`` reads is another from now on: flights under way begin anew, and loops read it again.
+
+    Or loops are ``linked_again``, without ``law`` or with it.
+    """
+    if world.transaction is not None:
+        world.transaction.later.append(partial(renew, world, law, linked_again))
+        return
+    for batch in world.batches:
+        if law not in batch.laws or not batch.state.count:
+            continue
+        if linked_again:
+            batch.sources = None
+        sources = world.sources(batch)
+        assert sources is not None
+        sources.renew()
+        if batch.stepper.covered(batch.state) > world.time:
+            _restart_batch(world, batch)
+
+
+def _restart_batch(world: World, batch: Batch) -> None:
+    """All rows of ``batch`` start anew now, in the midst of a step."""
+    before = books.snapshot(world, batch)
+    rows = list(batch.stepper.restart(batch.state, world.bodies, world.time, world.sources(batch)))
+    books.after_step(world, batch, before)
+    world.bodies.version[rows] += 1
+    world.bodies.change += 1
+    objects = world.in_rank_order(world.bodies.objects[row] for row in rows)
+    if world.contacts is not None:
+        world.contacts.refresh([obj._row for obj in objects])
+    world.wakeups.refresh(objects)
+
+
+def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
+    """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
+    if world.settings.dt is None or world.grid is None or len(sources.hands) or _is_heard(world, batch):
+        return 1
+    from xpheve.plan.tiers import cost_of_step
+
+    origin, dt, _ = world.grid
+    number = number_at(world, begin)
+    if number < 0:
+        return 1
+    end = min(need, sources.wall(begin, NEVER))
+    load = max(batch.state.count, sources.load)
+    most = max(1, STRIDE // cost_of_step(world.tier_of(sources), load))
+    span = elapsed(end, begin) / dt
+    steps = int(min(most, span)) if math.isfinite(span) else most
+    if steps < most and multiple(origin, number + steps, dt) < end:
+        steps += 1
+    while steps > 1 and end != need and multiple(origin, number + steps, dt) > end:
+        steps -= 1
+    return max(1, steps)
+
+
+def number_at(world: World, t: Instant) -> int:
+    """The number of the host step that begins at ``t``; -1 if none does."""
+    assert world.grid is not None
+    origin, dt, _ = world.grid
+    guess = round(elapsed(t, origin) / dt)
+    return next((k for k in (guess, guess - 1, guess + 1) if k >= 0 and multiple(origin, k, dt) == t), -1)
+
+
+def _is_heard(world: World, batch: Batch) -> bool:
+    """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
+    objects = world.bodies.objects
+    rows = batch.state.rows.tolist()
+    if world.wakeups.tracker.follows_any(objects[row] for row in rows):
+        return True
+    contacts = world.contacts
+    return contacts is not None and any(contacts.concerns(objects[row]) for row in rows)
