@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -137,3 +138,30 @@ def test_a_constant_that_cannot_be_computed_is_named(tmp_path: Path) -> None:
     for make in (interpreted, compiled):
         with pytest.raises(CompileError, match=r"a lift: a constant of its kernel file .*ZeroDivisionError"):
             make(text, "a lift")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
+def test_a_fork_in_the_midst_of_a_compilation_does_not_hang_the_child() -> None:
+    script = f"""
+import os, signal, threading
+from xpheve.compile import assemble, compiled, interpreted, on_compile
+compiling, forked = threading.Event(), threading.Event()
+def watch(what, seconds):
+    compiling.set()
+    forked.wait(60.0)
+on_compile(watch)
+thread = threading.Thread(target=compiled, args=(assemble({BODY!r}), "a test"))
+thread.start()
+compiling.wait(60.0)
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+    interpreted(assemble({BODY!r}))
+    os._exit(0)
+status = os.waitpid(child, 0)[1]
+forked.set()
+thread.join()
+print(status)
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, timeout=120)
+    assert done.stdout.strip() == "0", done.stdout + done.stderr

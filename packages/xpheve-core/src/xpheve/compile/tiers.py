@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import linecache
 import math
+import os
 import threading
 import time
 from typing import Any
@@ -17,6 +18,16 @@ from xpheve.errors import CompileError
 _lock = threading.RLock()
 _interpreted: dict[str, Kernel] = {}
 _compiled: dict[str, Kernel] = {}
+
+
+def _new_lock() -> None:
+    """In the child of a fork: whoever held the lock is a thread of the parent's."""
+    global _lock
+    _lock = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_new_lock)
 
 
 def interpreted(text: str, what: str = "") -> Kernel:

@@ -99,7 +99,6 @@ def _read(law: ContinuousLaw, path: str) -> HandKernel:
 
     with open(path, "rb") as file:
         text = file.read()
-    from xpheve.compile.parsing import parse
 
     try:
         tree = parse(text, path)
