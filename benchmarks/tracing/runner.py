@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.measure import cpu_time
 
 Array = Any
-TURN = 0.1  # [s] a turn of the fastest contender takes about this long
+TURN = 0.5  # [s] a turn of the fastest contender takes about this long
 
 
 @dataclass(frozen=True)

@@ -60,10 +60,7 @@ class ArrayFieldText(FieldText):
     def _finish(self, total: list[str], working: list[list[str]]) -> None:
         self.body.append(f"{self._block('acceleration')} = A")
         if self.working:
-            names = self._sum("z", [*(self._slot(name) for name in self.slots.pair_work), *working])
-            self.body.append(f"{self._block('working')} = Z")
-            if self.stored_work:
-                self._sum("z", [names, self._slot("stored_working")])
+            self._write_working(working)
         if not self.turning:
             self.body += ["if g == 0.0:", "    continue"]
         self.body += ["D = gh * A", "D += V", "D *= g"]
@@ -74,6 +71,17 @@ class ArrayFieldText(FieldText):
         self._two_sums("position", "X", "D")
         self.body += ["A *= g", f"A += {self._block('velocity_rest')}"]
         self._two_sums("velocity", "V", "A")
+
+    def _write_working(self, working: list[list[str]]) -> None:
+        """Keep the force that no potential stands for, in ``Z``; where that is all of it, it has been summed already."""
+        if self.pulled or self.pushed or self.stored_work or any(term.accounted for term in self.terms):
+            names = self._sum("z", [*(self._slot(name) for name in self.slots.pair_work), *working])
+        else:
+            names = []
+            self.body.append("Z = E")
+        self.body.append(f"{self._block('working')} = Z")
+        if self.stored_work:
+            self._sum("z", [names, self._slot("stored_working")])
 
     def _two_sums(self, name: str, old: str, more: str) -> None:
         """`_two_sum` of all components; ``more`` is used up."""

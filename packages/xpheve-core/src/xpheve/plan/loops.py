@@ -19,8 +19,8 @@ from xpheve.plan.hand_kernels import formula_of
 if TYPE_CHECKING:
     from xpheve.plan.world import World
 
-STRIDE = 20_000_000
-"""Rows or pairs times compiled steps in one call: some tenths of a second, so that nobody waits long."""
+STRIDE = 100_000_000
+"""Rows or pairs times compiled steps in one call: about a second, so that nobody waits long."""
 
 
 def same_structure(world: World, law: ContinuousLaw) -> bool:
