@@ -329,6 +329,14 @@ def test_nonsense_in_a_header_is_a_clear_error(data: st.DataObject) -> None:
         assert len(engine.objects) == engine.bodies.position.shape[0] == len(header["objects"])
 
 
+@pytest.mark.parametrize("time", [[0.3, None], [None, 0.0], [0.3], "now", {"base": 0.3}])
+def test_a_time_that_is_no_instant_is_a_damaged_checkpoint(time: Any) -> None:
+    header, arrays = unpack(DATA)
+    header["time"] = time
+    with pytest.raises(RecordError):
+        revived(pack((header, arrays)))
+
+
 def test_a_class_that_is_not_at_hand_is_named() -> None:
     data = scene().checkpoint()
     with pytest.raises(UnknownLawError, match=r"Pulse.*laws=\[Pulse\]"):

@@ -458,14 +458,14 @@ def _build(
 ) -> None:
     """Fill the fresh world of ``engine``."""
     world: World = engine._world
-    world.time = tuple(header["time"])
+    world.time = _instant(header["time"])
     world.ranks.epoch = header["epoch"]
     world.ranks.next_object, world.ranks._next = header["ranks"]
     world.force_ids.last = header["force_ids"]
     world.force_ids.inputs = header.get("input_ids", 0)
     world._next_serial = header["next_serial"]
     grid = header["grid"]
-    world.grid = None if grid is None else (tuple(grid[0]), grid[1], grid[2])
+    world.grid = None if grid is None else (_instant(grid[0]), float(grid[1]), int(grid[2]))
     world.posts, world.events, world.work = header["posts"], header["events"], dict(header["work"])
     world.settings = type(world.settings)(**header["settings"])
     world.compile = header["compile"]
@@ -533,6 +533,12 @@ def _build_laws(
     world.law_positions = positions(laws)
     if header["contacts"] is not None:
         engine._serve_contacts()
+
+
+def _instant(value: Any) -> tuple[float, float]:
+    """An instant of a header; raises what is no pair of numbers, before anything is built on it."""
+    base, offset = value
+    return float(base), float(offset)
 
 
 def _build_bodies(engine: Any, world: World, header: Header, arrays: Arrays, objects: Sequence[PhysicalObject]) -> None:
