@@ -92,21 +92,17 @@ class Compiled(Kernel):
 
     def _error(self, failure: int | None) -> Exception:
         """Return what a kernel raised: numba leaves a pickled class and its arguments."""
-        try:
-            place, size = (
-                ctypes.c_void_p.from_address(failure or 0),
-                ctypes.c_int32.from_address((failure or 0) + ctypes.sizeof(ctypes.c_void_p)),
-            )
-            raised, arguments, *_ = (
-                pickle.loads(ctypes.string_at(place.value or 0, size.value)) if failure else (None, ())
-            )
-            if isinstance(raised, type) and issubclass(raised, Exception):
-                return raised(*(arguments or ()))
-        except Exception:
-            pass
-        return CompileError(
-            f"{self.what}: the compiled kernel stopped without saying why; run with compile='never' to see the line"
-        )
+        why = "without saying why"
+        if failure:
+            try:
+                place = ctypes.c_void_p.from_address(failure)
+                size = ctypes.c_int32.from_address(failure + ctypes.sizeof(ctypes.c_void_p))
+                raised, arguments, *_ = pickle.loads(ctypes.string_at(place.value or 0, size.value))
+                if isinstance(raised, type) and issubclass(raised, Exception):
+                    return raised(*(arguments or ()))
+            except Exception as wrong:  # whatever unpickling it may raise: the kernel has failed, and that is told
+                why = f"and what it raised cannot be read ({type(wrong).__name__}: {wrong})"
+        return CompileError(f"{self.what}: the compiled kernel stopped {why}; run with compile='never' to see the line")
 
 
 def _same(seen: list[Any], arrays: Sequence[Array]) -> bool:

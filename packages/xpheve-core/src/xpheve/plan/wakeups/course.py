@@ -40,7 +40,7 @@ class Course:
     def __call__(self, s: Array) -> Array:
         """Values at the times ``s``, shape (n,)."""
         turned: dict[str, Array] = {}
-        given = [self._many(one, s, turned) for one in self.trace.arrays.inputs]
+        given = [self._given(one, s, turned) for one in self.trace.arrays.inputs]
         values = np.broadcast_to(np.asarray(self.trace.arrays.run(*given)[0], dtype=float), s.shape)
         if not np.isfinite(values).all():
             k = int(np.flatnonzero(~np.isfinite(values))[0])
@@ -50,7 +50,7 @@ class Course:
     def at(self, s: float) -> float:
         """The value at the time ``s``."""
         turned: dict[str, Any] = {}
-        value = float(self.trace.floats.run(*[self._one(one, s, turned) for one in self.trace.floats.inputs])[0])
+        value = float(self.trace.floats.run(*[self._given(one, s, turned) for one in self.trace.floats.inputs])[0])
         if not math.isfinite(value):
             self._refuse(value, s)
         return value
@@ -67,21 +67,11 @@ class Course:
             self._refuse(next(one for one in c if not math.isfinite(one)), 0.0)
         return c  # type: ignore[return-value]
 
-    def _many(self, one: Input, s: Array, turned: dict[str, Array]) -> Any:
-        if one in self.fixed:
-            return self.fixed[one]
-        k, motion = one.component, self.motion
-        if one.name == "position":
-            return motion.x[k] + s * (motion.v[k] + (0.5 * s) * motion.a[k])
-        if one.name == "velocity":
-            return motion.v[k] + s * motion.a[k]
-        if one.name == "time":
-            return motion.begin[0] + s
-        if one.name not in turned:
-            turned[one.name] = np.array([self._turned(one.name, time) for time in s.tolist()])
-        return turned[one.name][:, k]
+    def _given(self, one: Input, s: Any, turned: dict[str, Any]) -> Any:
+        """An input of the expression ``s`` [s] after the motion began; a number, or one a time where ``s`` is an array.
 
-    def _one(self, one: Input, s: float, turned: dict[str, Any]) -> float:
+        ``turned`` keeps orientation and angular velocity, by component, for the other components.
+        """
         if one in self.fixed:
             return self.fixed[one]
         k, motion = one.component, self.motion
@@ -92,8 +82,11 @@ class Course:
         if one.name == "time":
             return motion.begin[0] + s
         if one.name not in turned:
-            turned[one.name] = self._turned(one.name, s)
-        return float(turned[one.name][k])
+            many = isinstance(s, np.ndarray)
+            turned[one.name] = (
+                np.array([self._turned(one.name, t) for t in s.tolist()]).T if many else self._turned(one.name, s)
+            )
+        return turned[one.name][k]
 
     def _turned(self, name: str, s: float) -> Any:
         return self.world.read_row(self.subject._row, name, later(self.motion.begin, s))
