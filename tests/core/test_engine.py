@@ -390,4 +390,6 @@ def test_a_progress_that_raises_leaves_the_engine_ready() -> None:
 def test_no_warning_in_a_run_of_everything() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        full_scene().run(until=1.0)
+        engine = full_scene()
+        engine.run(until=1.0)
+    assert engine.time == 1.0

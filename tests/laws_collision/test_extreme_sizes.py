@@ -60,7 +60,8 @@ def test_a_shape_that_has_left_limits_nobody() -> None:
     engine = scene(xp.Box((1, 1, 1)), CUBE)
     engine.remove_object(engine.object("first"))
     engine.remove_object(engine.object("second"))
-    engine.add_object(xp.PhysicalObject(xp.Box((1e-9, 1e-9, 1e-9))), laws=list(engine.laws))
+    tiny = engine.add_object(xp.PhysicalObject(xp.Box((1e-9, 1e-9, 1e-9))), laws=list(engine.laws))
+    assert list(engine.objects) == [tiny]
 
 
 @pytest.mark.parametrize("k", [1e-30, 1e-21, 1e21, 1e30])
