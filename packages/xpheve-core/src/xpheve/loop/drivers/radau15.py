@@ -19,6 +19,7 @@ import math
 from xpheve.kernels.ieee import sqrt
 from xpheve.kernels.radau import (
     ARMS,
+    ARMS_REST,
     BEND,
     END,
     NODES,
@@ -27,6 +28,7 @@ from xpheve.kernels.radau import (
     SPEEDS,
     TWIST,
     WEIGHTS,
+    WEIGHTS_REST,
     values,
 )
 from xpheve.loop.drivers.motion import Buffers, forces
@@ -62,6 +64,7 @@ SIZE = 200
 REACHED, PAUSED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
 """What `entry` answers."""
 
+FINE = (WEIGHTS_REST[1], WEIGHTS_REST[2], WEIGHTS_REST[3], WEIGHTS_REST[4], WEIGHTS_REST[5], WEIGHTS_REST[6], WEIGHTS_REST[7])
 CLOSE = 1e-18
 """Passes end when the next would change accelerations by less than this part: far less than rounding does."""
 STALLED = 0.25
@@ -459,13 +462,14 @@ def finish(s: Buffers, z: int, tiles: int, dt: float) -> None:
             s[i + CARRY] = s[i + OWED] * dt
             high, low = halves(v)
             arm = (ARMS[0] * f1 + ARMS[1] * f2) + (ARMS[2] * f3 + ARMS[3] * f4)
-            arm += (ARMS[4] * f5 + ARMS[5] * f6) + ARMS[6] * f7
+            arm += (ARMS[4] * f5 + ARMS[5] * f6) + (ARMS[6] * f7 + weighed(ARMS_REST, f1, f2, f3, f4, f5, f6, f7))
             small = dt * (s[i + V_REST] + dt * (0.5 * a + arm)) + (high * dt_low + (low * dt_high + low * dt_low))
             t, rest = two_sum(s[i + X], high * dt_high)
             s[i + X], s[i + X_REST] = two_sum(t, rest + (small + s[i + X_REST]))
             mean = (WEIGHTS[1] * f1 + WEIGHTS[2] * f2) + (WEIGHTS[3] * f3 + WEIGHTS[4] * f4)
             mean += (WEIGHTS[5] * f5 + WEIGHTS[6] * f6) + WEIGHTS[7] * f7
             mean, lost = two_sum(a, mean)
+            lost += weighed(FINE, f1, f2, f3, f4, f5, f6, f7)
             high, low = halves(mean)
             small = dt * lost + (high * dt_low + (low * dt_high + low * dt_low))
             t, rest = two_sum(v, high * dt_high)
