@@ -89,11 +89,11 @@ class PhysicsEngine(Running, Handles, Objects):
         world.on_law_error = self._on_law_error
         world.stopped = self._halted  # type: ignore[method-assign]
 
-    def _all_steppers(self) -> list[Stepper]:
-        from xpheve.steppers.ballistic import Ballistic
-        from xpheve.steppers.midpoint import Midpoint
+    def _all_steppers(self, along: bool = True) -> list[Stepper]:
+        """Core's steppers and those of packs; without ``along`` not those that only serve laws evaluated along the way."""
+        from xpheve.steppers.core import core_steppers
 
-        return [Ballistic(), Midpoint(), *(found() for found in self.registry.steppers().values())]
+        return [*core_steppers(along), *(found() for found in self.registry.steppers().values())]
 
     def _now(self) -> Any:
         """What `bodies` depends on."""

@@ -152,8 +152,9 @@ def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
     labels = tuple(sorted({law.label() for law in laws}))
     kinds = {torque_of(world, obj) for obj in group}
     torque = "general" if "general" in kinds else "principal" if "principal" in kinds else "none"
-    if not laws and torque != "general":
-        return Signature(labels, torque, len(group) > 1)
+    found = Signature(labels, torque, len(group) > 1)
+    if not found.evaluated:
+        return found
     ordered = [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
     facts = facts_of(world, tuple(ordered))
     fixed = world.settings.dt is not None

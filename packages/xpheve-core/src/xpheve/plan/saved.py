@@ -586,7 +586,7 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         signature = _signature(signature)
         choice = world.choices.get(signature)
         if choice is None:
-            choice = world.choices[signature] = choose(signature, world._steppers())
+            choice = world.choices[signature] = choose(signature, world._steppers(signature.evaluated))
         if choice.stepper.id != ident:
             raise RecordError(
                 f"the checkpoint was made with the stepper {ident}, which is not at hand: install its pack"

@@ -47,7 +47,7 @@ BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats
 class World:
     """Everything an engine holds between two calls."""
 
-    def __init__(self, up: str, seed: int, steppers: Callable[[], Iterable[Stepper]]) -> None:
+    def __init__(self, up: str, seed: int, steppers: Callable[[bool], Iterable[Stepper]]) -> None:
         self.up = up
         self.seed = seed
         self.time: Instant = ZERO
@@ -337,7 +337,7 @@ class World:
 
     def sources(self, batch: Batch) -> BatchSources | None:
         """What acts along the way on ``batch``; found when first asked for."""
-        if not batch.signature.laws and not batch.signature.torque == "general":
+        if not batch.signature.evaluated:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
@@ -401,7 +401,7 @@ class World:
 
     def wish_stepper(self, wish: str) -> None:
         """Choose stepper ``wish`` wherever it offers; empty for none. Raises `InvalidValueError` for an unknown id."""
-        known = sorted(stepper.id for stepper in self._steppers()) if wish else []
+        known = sorted(stepper.id for stepper in self._steppers(True)) if wish else []
         if not isinstance(wish, str) or (wish and wish not in known):
             raise InvalidValueError(f"stepper = {wish!r}: choose '' for none, or one of {', '.join(known)}")
         if wish != self.wish:
@@ -418,7 +418,7 @@ class World:
     def _choose_again(self) -> None:
         """Plan anew all that is evaluated along the way."""
         for batch in self.batches:
-            if batch.signature.laws or batch.signature.torque == "general":
+            if batch.signature.evaluated:
                 for row in batch.state.rows.tolist():
                     self.mark(self.bodies.objects[row])
 
@@ -470,7 +470,7 @@ class World:
         """Put ``objects``, re-based to now, into the batch of ``signature``."""
         choice = self.choices.get(signature)
         if choice is None:
-            choice = self.choices[signature] = choose(signature, self._steppers())
+            choice = self.choices[signature] = choose(signature, self._steppers(signature.evaluated))
         rows = np.array(sorted(obj._row for obj in objects), dtype=np.int64)
         for batch in self.batches:
             # A batch in the midst of a step of its own is left alone.

@@ -70,6 +70,11 @@ class Signature:
     contacts: bool = False
     wish: str = ""
 
+    @property
+    def evaluated(self) -> bool:
+        """Whether something must be evaluated along the way: laws, or torques that turn with the body."""
+        return bool(self.laws) or self.torque == "general"
+
 
 class Offer(NamedTuple):
     """A stepper's bid: order of its error in the step, relative cost of a unit of time, whether it is exact."""

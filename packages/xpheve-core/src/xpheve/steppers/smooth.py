@@ -34,7 +34,7 @@ class Smooth(FlightStepper):
 
     def refusal(self, signature: Signature) -> str:
         """Why no smooth stepper serves groups of ``signature``; empty if one may."""
-        if not signature.laws and signature.torque != "general":
+        if not signature.evaluated:
             return "no law acts along the way: closed form"
         if signature.contacts:
             return "contacts are looked for, along parabolas"
