@@ -22,8 +22,12 @@ from xpheve.kernels.radau import (
     ARMS_REST,
     BEND,
     END,
+    EXTRA,
+    EXTRA_PLACES,
+    EXTRA_SPEEDS,
     NODES,
     PLACES,
+    SERIES,
     SLOPE,
     SPEEDS,
     TWIST,
@@ -38,8 +42,6 @@ STEPS, REFUSED, PASSES, TURNING, SPEEDY, WORKING, MOST = 8, 9, 10, 11, 12, 13, 1
 """Steps, refused steps, passes so far; whether rows turn, forces depend on velocities, work is kept; steps of this call at most (0: any)."""
 WORST = 15
 """The row that made the last step as short as it is, or that failed."""
-LOOKING = 16
-"""1: go to ``s[NEED]``, which lies in the present step, and stay there, to be looked at: this is no step of the sequence."""
 
 T, T_REST, SPAN, NEXT, NEED, NEED_REST, WALL, WALL_REST = 0, 1, 2, 3, 4, 5, 6, 7
 """When the present step began, and its length, 0 if there is none; the length wished for the next; until when to go, and never further [s]."""
@@ -60,6 +62,12 @@ OWED = 184
 CARRY = 192
 """What the last step has left owed, by its length."""
 SIZE = 200
+WORKS = 66
+"""Numbers for each row between accelerations and tiles: forces without potential at the nodes and at `EXTRA` ones, work, its remainder, and
+16 coefficients of its power."""
+C0, E1 = 0, 128
+"""In the tiles behind, of `CURVE` numbers: 16 coefficients of the acceleration as a series of Legendre polynomials; what is added at `EXTRA` nodes."""
+CURVE = 192
 
 REACHED, PAUSED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
 """What `entry` answers."""
@@ -76,6 +84,8 @@ FLAW = 1e-17
 """Relative error of a velocity's change over a step of the length `PACE` asks for; it grows with the 16th power of the length."""
 LONGEST = 1.3
 """The longest step, by the time in which forces change: beyond, passes hardly converge."""
+FIRST = 0.01
+"""The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
 """Of a step over the last at most."""
 REFUSE = 0.5
@@ -90,17 +100,16 @@ def entry(f: Buffers, n: Buffers) -> int:
     """Make steps until ``s[NEED]`` is reached, or a limit: one of `REACHED`, `PAUSED`, `NOT_FINITE`, `TOO_SHORT`."""
     s = f[0]
     d = n[2]
-    if d[LOOKING]:
-        return look(f, n)
     steps = d[STEPS]
-    while True:
-        if is_covered(s):
-            return REACHED
+    answer = REACHED
+    while answer == REACHED and not is_covered(s):
         if d[0] >= d[1] or (d[MOST] > 0 and d[STEPS] - steps >= d[MOST]):
-            return PAUSED
-        answer = step(f, n)
-        if answer:
-            return answer
+            answer = PAUSED
+        else:
+            answer = step(f, n)
+    if d[STEPS] > steps and s[SPAN] > 0.0:
+        fill_in(f, n)
+    return answer
 
 
 def is_covered(s: Buffers) -> bool:
@@ -137,6 +146,8 @@ def step(f: Buffers, n: Buffers) -> int:
     forces(f, n, x, v, a, w, s[T])
     d[0] += 1
     first(s, z, tiles, a)
+    if not s[NEXT] > 0.0:
+        s[NEXT] = guess(s, d, z, rows, moving)
     dt = wanted(s)
     failed = TOO_SHORT
     while True:
@@ -171,41 +182,19 @@ def step(f: Buffers, n: Buffers) -> int:
     return 0
 
 
-def look(f: Buffers, n: Buffers) -> int:
-    """Put the state at ``s[NEED]``, within the present step, in the place of its beginning.
-
-    The polynomial is best at the step's end; so a step of its own leads there, with the forces to begin with that the polynomial gives.
-    """
-    s = f[0]
-    d = n[2]
-    rows = n[0][1]
-    tiles, x, v, a, w, z = places_in(d, rows)
-    t, low = two_sum(s[NEED], -s[T])
-    dt = t + (low + (s[NEED_REST] - s[T_REST]))
-    if dt > 0.0:
-        if dt < s[SPAN]:
-            shorten(s, z, tiles, dt / s[SPAN])
-            if passes(f, n, z, tiles, x, v, a, w, dt, 1.0 / dt) == math.inf:
-                return NOT_FINITE
-        s[SPAN] = dt
-        conclude(s, d, tiles, w, z, rows, n[0][2])
-        s[T], s[T_REST] = s[NEED], s[NEED_REST]
-    return REACHED
-
-
 def places_in(d: Buffers, rows: int) -> tuple[int, int, int, int, int, int]:
     """How many tiles there are; where places, velocities, accelerations, forces without potential, and tiles begin."""
     tiles = ((7 if d[TURNING] else 3) * rows + LANES - 1) // LANES
     pad = LANES * tiles
     w = HEAD + 3 * pad
-    return tiles, HEAD, HEAD + pad, HEAD + 2 * pad, w, w + 26 * rows
+    return tiles, HEAD, HEAD + pad, HEAD + 2 * pad, w, w + WORKS * rows
 
 
 def conclude(s: Buffers, d: Buffers, tiles: int, w: int, z: int, rows: int, moving: int) -> None:
     """Go to the end of the present step."""
     dt = s[SPAN]
     if d[WORKING]:
-        add_work(s, w, w + 24 * rows, z, rows, moving, dt)
+        add_work(s, w, w + 48 * rows, z, rows, moving, dt)
     finish(s, z, tiles, dt)
     if d[TURNING]:
         straighten(s, z, rows, moving)
@@ -290,28 +279,6 @@ def foretell(s: Buffers, z: int, tiles: int, q: float) -> None:
             s[i + P5] = p5
             s[i + P6] = p6
             s[i + P7] = p7
-
-
-def shorten(s: Buffers, z: int, tiles: int, q: float) -> None:
-    """Take the present polynomial at the nodes of a step that is ``q`` times as long, from the same beginning."""
-    w1 = values(q * NODES[1])
-    w2 = values(q * NODES[2])
-    w3 = values(q * NODES[3])
-    w4 = values(q * NODES[4])
-    w5 = values(q * NODES[5])
-    w6 = values(q * NODES[6])
-    w7 = values(q * NODES[7])
-    for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            f1, f2, f3, f4, f5, f6, f7 = s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7]
-            s[i + F1] = weighed(w1, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F2] = weighed(w2, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F3] = weighed(w3, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F4] = weighed(w4, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F5] = weighed(w5, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F6] = weighed(w6, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F7] = weighed(w7, f1, f2, f3, f4, f5, f6, f7)
 
 
 def weighed(
@@ -521,7 +488,87 @@ def speed(s: Buffers, i: int, h: float, w: tuple[float, ...]) -> float:
     return s[i + V] + h * (s[i + A] + f)
 
 
+# Within a step ------------------------------------------------------------------------------------------------------
+
+
+def fill_in(f: Buffers, n: Buffers) -> None:
+    """Find the motion within the present step as well as at its end, as a series: the polynomial of a step is best at its end.
+
+    Forces are found once more where the polynomial leads to between the nodes; sixteen of them make a series as good as the step. This is no
+    part of the sequence of steps.
+    """
+    s = f[0]
+    d = n[2]
+    rows = n[0][1]
+    tiles, x, v, a, w, z = places_in(d, rows)
+    curve = z + tiles * SIZE
+    for k in range(8):
+        h = EXTRA[k] * s[SPAN]
+        owe(s, z, tiles, 0.0)
+        put_places(s, z, tiles, x, h, EXTRA_PLACES[k], 1.0, 1.0)
+        if d[SPEEDY]:
+            put_speeds(s, z, tiles, v, h, EXTRA_SPEEDS[k])
+        forces(f, n, x, v, a, w + 3 * rows * (8 + k), s[T] + (s[T_REST] + h))
+        for j in range(tiles):
+            for l in range(LANES):
+                s[curve + j * CURVE + l + E1 + LANES * k] = s[a + j * LANES + l] - s[z + j * SIZE + l + A]
+    d[0] += 8
+    for m in range(16):
+        c = SERIES[m]
+        for j in range(tiles):
+            for l in range(LANES):
+                i = z + j * SIZE + l
+                e = curve + j * CURVE + l
+                total = weighed(
+                    (c[1], c[2], c[3], c[4], c[5], c[6], c[7]),
+                    s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7],
+                )  # fmt: skip
+                e1 = e + E1
+                total += ((c[8] * s[e1] + c[9] * s[e1 + 8]) + (c[10] * s[e1 + 16] + c[11] * s[e1 + 24])) + (
+                    (c[12] * s[e1 + 32] + c[13] * s[e1 + 40]) + (c[14] * s[e1 + 48] + c[15] * s[e1 + 56])
+                )
+                s[e + LANES * m] = total + s[i + A] if m == 0 else total
+    if d[WORKING]:
+        fill_in_power(s, w, z, rows, n[0][2])
+
+
+def fill_in_power(s: Buffers, w: int, z: int, rows: int, moving: int) -> None:
+    """The power of forces without potential within the step, as a series."""
+    series = w + 50 * rows
+    for i in range(moving):
+        for m in range(16):
+            s[series + m * rows + i] = 0.0
+        for node in range(16):
+            h = (NODES[node] if node < 8 else EXTRA[node - 8]) * s[SPAN]
+            u = SPEEDS[node] if node < 8 else EXTRA_SPEEDS[node - 8]
+            power = 0.0
+            for c in range(3):
+                power += s[w + (3 * node + c) * rows + i] * speed(s, lane(z, c * rows + i), h, u)
+            for m in range(16):
+                s[series + m * rows + i] += SERIES[m][node] * power
+
+
 # The length of steps -------------------------------------------------------------------------------------------------
+
+
+def guess(s: Buffers, d: Buffers, z: int, rows: int, moving: int) -> float:
+    """A first step: short against the time in which accelerations change places or velocities by their own size."""
+    least = math.inf
+    for part in range(2 if d[TURNING] else 1):
+        for i in range(moving):
+            x = 0.0
+            v = 0.0
+            a = 0.0
+            for c in range(3 * part, 7 if part else 3):
+                j = lane(z, c * rows + i)
+                x = max(x, abs(s[j + X]))
+                v = max(v, abs(s[j + V]))
+                a = max(a, abs(s[j + A]))
+            if a > 0.0:
+                time = max(v / a, sqrt(x / a))
+                if 0.0 < time < least:
+                    least = time
+    return FIRST * least if least < math.inf else FIRST
 
 
 def measure(
