@@ -125,6 +125,7 @@ class Adaptive(Smooth):
         numbers, moving, parts = state.numbers, motion.moving, motion.components
         places, size = _places(motion.rows, parts)
         s, d = np.zeros(size.total), np.zeros(driver.WORST + 1, dtype=np.int64)
+        s[driver.NODE : driver.HEAD] = tables()
         s[driver.T], s[driver.T_REST] = numbers["base"], numbers["offset"]
         s[driver.SPAN], s[driver.NEXT] = numbers["span"], numbers["next"]
         own = places[:, :, :moving]
@@ -267,6 +268,22 @@ class _Size:
         kept += [*range(driver.F1, driver.P7 + 1, driver.LANES), driver.OWED]
         self.places = np.stack([self.tiles + tile * driver.SIZE + lane + slot for slot in kept])
         self.curve = np.stack([behind + tile * driver.CURVE + lane + driver.LANES * k for k in range(TERMS)])
+
+
+@cache
+def tables() -> Array:
+    """The numbers of the method, where the driver looks for them."""
+    from xpheve.kernels import radau
+    from xpheve.loop.drivers import radau15 as driver
+
+    found = np.zeros(driver.HEAD)
+    for place, numbers in ((driver.NODE, radau.NODES), (driver.EXTRA, radau.EXTRA), (driver.SHARE, radau.WEIGHTS)):
+        found[place : place + 8] = numbers
+    weights = (radau.PLACES, radau.SPEEDS, radau.EXTRA_PLACES, radau.EXTRA_SPEEDS)
+    for place, rows in zip((driver.PLACE, driver.SPEED, driver.EXTRA_PLACE, driver.EXTRA_SPEED), weights, strict=True):
+        found[place : place + 64].reshape(8, 8)[:, :7] = rows
+    found[driver.SERIES : driver.SERIES + 256] = np.ravel(radau.SERIES)
+    return found[driver.NODE :]
 
 
 @cache
