@@ -361,33 +361,41 @@ def first_guess(s: float, r: float, sigma: float, zeta: float, beta: float) -> f
     return y
 
 
-def solved(
-    s: Pair, r: float, sigma: float, zeta: float, beta: float
-) -> tuple[float, float, float, float]:
-    """G0, G1, G2, G3 of the root Y of Kepler's equation for the time ``s`` since the reference.
+def solid(x: float) -> float:
+    """``x``, to divide by: next to nothing in the place of 0."""
+    return x + (x == 0.0) * 1e-300
 
-    Steps of fourth order; one that would leave the bracket, which every step narrows, is replaced by a bisection.
+
+def step_of(
+    time: float, rest: float, r: float, sigma: float, zeta: float, beta: float, y: float, g0: float, g1: float, g2: float, g3: float
+) -> Pair:
+    """By how much Kepler's equation is missed at ``y``, and the step of fourth order towards its root."""
+    miss = ((r * y + sigma * g2 + zeta * g3) - time) - rest
+    slope = solid(r + (sigma * g1 + zeta * g2))
+    bend = sigma * g0 + zeta * g1
+    twist = zeta * g0 - beta * (sigma * g1)
+    step = -miss / slope
+    step = -miss / solid(slope + 0.5 * step * bend)
+    return (miss, -miss / solid(slope + 0.5 * step * (bend + step * twist / 3.0)))
+
+
+def solved(s: Pair, r: float, sigma: float, zeta: float, beta: float) -> tuple[float, float, float]:
+    """G0, G1, G2 of the root Y of Kepler's equation for the time ``s`` since the reference.
+
+    Each step narrows a bracket; one that would leave it is replaced by a bisection.
     """
     if s[0] == 0.0:
-        return (1.0, 0.0, 0.0, 0.0)
+        return (1.0, 0.0, 0.0)
     sign = 1.0 if s[0] > 0.0 else -1.0
     time, rest, sigma = sign * s[0], sign * s[1], sign * sigma
     low, high = 0.0, math.inf
     y = first_guess(time, r, sigma, zeta, beta)
-    g0, g1, g2, g3 = 1.0, 0.0, 0.0, 0.0
+    g0, g1, g2 = 1.0, 0.0, 0.0
     for _ in range(STEPS):
         g0, g1, g2, g3 = functions(beta, y)
-        miss = ((r * y + sigma * g2 + zeta * g3) - time) - rest
-        slope = r + (sigma * g1 + zeta * g2)
-        bend = sigma * g0 + zeta * g1
-        twist = zeta * g0 - beta * (sigma * g1)
-        step = -miss / slope
-        step = -miss / (slope + 0.5 * step * bend)
-        step = -miss / (slope + 0.5 * step * (bend + step * twist / 3.0))
+        miss, step = step_of(time, rest, r, sigma, zeta, beta, y, g0, g1, g2, g3)
         if abs(step) <= CLOSE * y:
-            g3 = g3 + step * g2
-            g2 = g2 + step * g1
-            g0, g1 = g0 - step * (beta * g1), g1 + step * g0
+            g0, g1, g2 = g0 - step * (beta * g1), g1 + step * g0, g2 + step * g1
             break
         if miss > 0.0:
             high = y
@@ -396,7 +404,7 @@ def solved(
         y = y + step
         if not low < y < high:
             y = 0.5 * (low + high) if high < math.inf else 2.0 * low
-    return (g0, sign * g1, g2, sign * g3)
+    return (g0, sign * g1, g2)
 
 
 def moved(orbit: Orbit, s: float, rest: float) -> tuple[Vec, Vec, Vec]:
@@ -415,15 +423,16 @@ def moved(orbit: Orbit, s: float, rest: float) -> tuple[Vec, Vec, Vec]:
     if orbit[18] != 0.0:
         since = reduced(pair_add(t, (orbit[19], orbit[20])), period)
         if abs(since[0]) < abs(near[0]):
-            return from_nearest(orbit, since)
-    return from_beginning(orbit, near)
+            g0, g1, g2 = solved(since, orbit[21], 0.0, orbit[22], orbit[4])
+            return from_nearest(orbit, g0, g1, g2)
+    g0, g1, g2 = solved(near, orbit[9], orbit[10], orbit[11], orbit[4])
+    return from_beginning(orbit, g1, g2)
 
 
-def from_beginning(orbit: Orbit, t: Pair) -> tuple[Vec, Vec, Vec]:
-    """`moved`, a time ``t`` after the beginning."""
+def from_beginning(orbit: Orbit, g1: float, g2: float) -> tuple[Vec, Vec, Vec]:
+    """`moved`, by the functions of Y since the beginning."""
     mu, r, sigma, zeta = orbit[3], orbit[9], orbit[10], orbit[11]
-    _, g1, g2, _ = solved(t, r, sigma, zeta, orbit[4])
-    distance = r + (sigma * g1 + zeta * g2)
+    distance = solid(r + (sigma * g1 + zeta * g2))
     pull = mu * g2
     along = r * g1 + sigma * g2
     back, less = mu * g1 / distance, pull / distance
@@ -443,11 +452,10 @@ def from_beginning(orbit: Orbit, t: Pair) -> tuple[Vec, Vec, Vec]:
     )
 
 
-def from_nearest(orbit: Orbit, t: Pair) -> tuple[Vec, Vec, Vec]:
-    """`moved`, a time ``t`` after the nearest point."""
+def from_nearest(orbit: Orbit, g0: float, g1: float, g2: float) -> tuple[Vec, Vec, Vec]:
+    """`moved`, by the functions of Y since the nearest point."""
     mu, q, kappa = orbit[3], orbit[21], orbit[22]
-    g0, g1, g2, _ = solved(t, q, 0.0, kappa, orbit[4])
-    distance = q + kappa * g2
+    distance = solid(q + kappa * g2)
     along = q - mu * g2
     back, side = -(mu * g1) / distance, g0 / distance
     length, speed = orbit[0], orbit[2]
