@@ -52,6 +52,7 @@ Pairs = tuple[Pair, Pair, Pair]  # a vector of pairs
 #   23 - 28  unit vector to the nearest point, and distance times velocity there
 #   29 - 34  d at the beginning: what is rounded, and the rest
 Orbit = tuple[float, ...]
+Eleven = tuple[float, ...]  # places 18 to 28
 
 TWO_PI: Pair = (4.0 * HALF_PI[0], 4.0 * HALF_PI[1])
 FOREVER = 1e100  # periods; beyond them products would overflow, and long before them no digit of a phase is left
@@ -178,7 +179,7 @@ def period_of(mu: Pair, beta: Pair) -> Pair:
 
 def nearest_point(
     x: Pairs, w: Pairs, unit: Pairs, r: Pair, sigma: Pair, zeta: Pair, mu: Pair, beta: Pair
-) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
+) -> Eleven:
     """Places 18 to 28 of the constants: Laplace's vector shows where the nearest point is, zeta there is its length."""
     h = pair_cross(x, w)
     turned = pair_cross(w, h)
@@ -244,7 +245,7 @@ def pair_functions(beta: Pair, y: float) -> tuple[Pair, Pair, Pair, Pair]:
 
 
 def fall(
-    nearest: tuple[float, float, float, float, float, float, float, float, float, float, float], mu: float, period: float
+    nearest: Eleven, mu: float, period: float
 ) -> Pair:
     """When a body without angular momentum was, and will be, in the centre that attracts it; infinite for all others."""
     if nearest[0] == 0.0 or nearest[3] > 0.0 or mu <= 0.0:
