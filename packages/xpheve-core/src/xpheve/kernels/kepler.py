@@ -177,9 +177,7 @@ def period_of(mu: Pair, beta: Pair) -> Pair:
     return pair_div(pair_mul(TWO_PI, mu), pair_mul(beta, pair_sqrt(beta)))
 
 
-def nearest_point(
-    x: Pairs, w: Pairs, unit: Pairs, r: Pair, sigma: Pair, zeta: Pair, mu: Pair, beta: Pair
-) -> Eleven:
+def nearest_point(x: Pairs, w: Pairs, unit: Pairs, r: Pair, sigma: Pair, zeta: Pair, mu: Pair, beta: Pair) -> Eleven:
     """Places 18 to 28 of the constants: Laplace's vector shows where the nearest point is, zeta there is its length."""
     h = pair_cross(x, w)
     turned = pair_cross(w, h)
@@ -244,9 +242,7 @@ def pair_functions(beta: Pair, y: float) -> tuple[Pair, Pair, Pair, Pair]:
     return (g0, g1, g2, g3)
 
 
-def fall(
-    nearest: Eleven, mu: float, period: float
-) -> Pair:
+def fall(nearest: Eleven, mu: float, period: float) -> Pair:
     """When a body without angular momentum was, and will be, in the centre that attracts it; infinite for all others."""
     if nearest[0] == 0.0 or nearest[3] > 0.0 or mu <= 0.0:
         return (-math.inf, math.inf)
@@ -368,7 +364,17 @@ def solid(x: float) -> float:
 
 
 def step_of(
-    time: float, rest: float, r: float, sigma: float, zeta: float, beta: float, y: float, g0: float, g1: float, g2: float, g3: float
+    time: float,
+    rest: float,
+    r: float,
+    sigma: float,
+    zeta: float,
+    beta: float,
+    y: float,
+    g0: float,
+    g1: float,
+    g2: float,
+    g3: float,
 ) -> Pair:
     """By how much Kepler's equation is missed at ``y``, and the step of fourth order towards its root."""
     miss = ((r * y + sigma * g2 + zeta * g3) - time) - rest
@@ -419,6 +425,8 @@ def moved(orbit: Orbit, s: float, rest: float) -> tuple[Vec, Vec, Vec]:
     t = (s * orbit[1], rest * orbit[1])
     if not orbit[7] < t[0] < orbit[8]:
         return ((math.nan, math.nan, math.nan), (math.nan, math.nan, math.nan), (math.nan, math.nan, math.nan))
+    if orbit[3] == 0.0:
+        return freely(orbit, t[0])
     period = (orbit[5], orbit[6])
     near = reduced(t, period)
     if orbit[18] != 0.0:
@@ -428,6 +436,12 @@ def moved(orbit: Orbit, s: float, rest: float) -> tuple[Vec, Vec, Vec]:
             return from_nearest(orbit, g0, g1, g2)
     g0, g1, g2 = solved(near, orbit[9], orbit[10], orbit[11], orbit[4])
     return from_beginning(orbit, g1, g2)
+
+
+def freely(orbit: Orbit, t: float) -> tuple[Vec, Vec, Vec]:
+    """`moved` without any force."""
+    way = t * orbit[0]
+    return ((way * orbit[15], way * orbit[16], way * orbit[17]), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def from_beginning(orbit: Orbit, g1: float, g2: float) -> tuple[Vec, Vec, Vec]:

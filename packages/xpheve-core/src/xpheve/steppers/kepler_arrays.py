@@ -46,7 +46,14 @@ def moved(orbits: Array, s: Array, rest: Array) -> tuple[Array, Array, Array]:
         wide = ~narrow
         for which, nearest in ((narrow, True), (wide, False)):
             if which.any():
-                found[:, :, which] = _from(o if which.all() else o[:, which], _of(since if nearest else near, which), nearest)
+                found[:, :, which] = _from(
+                    o if which.all() else o[:, which], _of(since if nearest else near, which), nearest
+                )
+        free = o[3] == 0.0
+        if free.any():
+            for k, part in enumerate(kepler.freely(o, t[0])):  # type: ignore[arg-type]
+                for c, numbers in enumerate(part):
+                    found[k, c] = np.where(free, numbers, found[k, c])
         found[:, :, fallen] = np.nan
     return found[0], found[1], found[2]
 
@@ -114,7 +121,8 @@ def _first_guess(s: Array, r: Array, sigma: Array, zeta: Array, beta: Array) -> 
     if open_.any():
         b = np.sqrt(-beta)
         y = np.where(open_, np.minimum(y, _rough_logarithm(2.0 * (s * b * (b * b) / zeta) + 1.8) / b), y)
-    return np.where(beta > 0.0, np.minimum(y, 3.5 / np.sqrt(beta)), y)
+    found: Array = np.where(beta > 0.0, np.minimum(y, 3.5 / np.sqrt(beta)), y)
+    return found
 
 
 def _rough_third_root(x: Array) -> Array:
@@ -151,10 +159,11 @@ def _solved(s: Pair, r: Array, sigma: Array, zeta: Array, beta: Array) -> tuple[
         if done.all():
             break
         go = ~done
-        left, time, rest, r, sigma, zeta, beta, y, low, high, miss, step = (
-            one[go] for one in (left, time, rest, r, sigma, zeta, beta, y, low, high, miss, step)  # type: ignore[index]
+        left = left[go]
+        time, rest, r, sigma, zeta, beta, y, low, high, step = (
+            one[go] for one in (time, rest, r, sigma, zeta, beta, y, low, high, np.asarray(step))
         )
-        above = miss > 0.0
+        above = np.asarray(miss)[go] > 0.0
         high, low = np.where(above, y, high), np.where(above, low, y)
         y = y + step
         inside = (low < y) & (y < high)
