@@ -129,7 +129,8 @@ def _rough_third_root(x: Array) -> Array:
     a = np.sqrt(np.sqrt(x))
     b = np.sqrt(np.sqrt(a))
     c = np.sqrt(np.sqrt(b))
-    return a * b * (c * np.sqrt(np.sqrt(c)))
+    found: Array = a * b * (c * np.sqrt(np.sqrt(c)))
+    return found
 
 
 def _rough_logarithm(x: Array) -> Array:
