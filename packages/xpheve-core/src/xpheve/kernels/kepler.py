@@ -12,7 +12,8 @@ r, sigma, zeta, d and v are those of a place of reference: where the body was at
 terms of one sign. The time since the nearest point and the period are pairs of floats, right to the last bit of the state as given, so that
 a thousand periods cost no digit.
 
-A state whose angular momentum is exactly 0 ends in the centre if mu > 0: beyond that time `moved` gives NaN.
+A state whose angular momentum is 0, or so small that no float is as near to the centre as it leads, ends there if mu > 0: beyond that time
+`moved` gives NaN.
 
 Any units; mu in length^3/time^2. Errors are a few roundings of the place and of the phase up to about 1e15 periods; beyond, the body is on its orbit.
 
@@ -334,11 +335,11 @@ def rough_third_root(x: float) -> float:
 
 
 def rough_logarithm(x: float) -> float:
-    """The logarithm of ``x`` >= 1 to some per cent, by square roots: 1024 log x^(1/1024)."""
+    """The logarithm of ``x`` >= 1 to some 1e-5, by square roots: 65536 log x^(1/65536)."""
     root = x
-    for _ in range(10):
+    for _ in range(16):
         root = math.sqrt(root)
-    return 2048.0 * ((root - 1.0) / (root + 1.0))
+    return 131072.0 * ((root - 1.0) / (root + 1.0))
 
 
 def first_guess(s: float, r: float, sigma: float, zeta: float, beta: float) -> float:
@@ -404,10 +405,10 @@ def solved(s: Pair, r: float, sigma: float, zeta: float, beta: float) -> tuple[f
         if abs(step) <= CLOSE * y:
             g0, g1, g2 = g0 - step * (beta * g1), g1 + step * g0, g2 + step * g1
             break
-        if miss > 0.0:
-            high = y
-        else:
+        if miss < 0.0:
             low = y
+        else:  # above, or beyond all numbers
+            high = y
         y = y + step
         if not low < y < high:
             y = 0.5 * (low + high) if high < math.inf else 2.0 * low

@@ -135,9 +135,9 @@ def _rough_third_root(x: Array) -> Array:
 
 def _rough_logarithm(x: Array) -> Array:
     root = x
-    for _ in range(10):
+    for _ in range(16):
         root = np.sqrt(root)
-    return 2048.0 * ((root - 1.0) / (root + 1.0))
+    return 131072.0 * ((root - 1.0) / (root + 1.0))
 
 
 def _solved(s: Pair, r: Array, sigma: Array, zeta: Array, beta: Array) -> tuple[Array, Array, Array]:
@@ -164,8 +164,8 @@ def _solved(s: Pair, r: Array, sigma: Array, zeta: Array, beta: Array) -> tuple[
         time, rest, r, sigma, zeta, beta, y, low, high, step = (
             one[go] for one in (time, rest, r, sigma, zeta, beta, y, low, high, np.asarray(step))
         )
-        above = np.asarray(miss)[go] > 0.0
-        high, low = np.where(above, y, high), np.where(above, low, y)
+        below = np.asarray(miss)[go] < 0.0
+        high, low = np.where(below, high, y), np.where(below, y, low)
         y = y + step
         inside = (low < y) & (y < high)
         y = np.where(inside, y, np.where(high < np.inf, 0.5 * (low + high), 2.0 * low))
