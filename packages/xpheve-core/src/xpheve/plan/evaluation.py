@@ -21,7 +21,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
-from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.steppers.contract import Array, Attraction, Rows, Signature
 from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
@@ -460,6 +460,12 @@ class BatchSources:
                 self._try_kernels()
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows``; see `xpheve.steppers.contract.Sources`."""
+        from xpheve.plan.forms import attractions
+
+        return attractions(self, rows)
 
     @property
     def motion(self) -> Any:

@@ -10,6 +10,7 @@ from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan.driven import immovable
+from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
@@ -220,6 +221,8 @@ def form_of(
     world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
+    if torque != "general" and not heard and is_two_bodies(world, group):
+        return "two bodies"
     return "general"
 
 

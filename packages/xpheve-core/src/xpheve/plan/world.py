@@ -24,6 +24,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan import books, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
+from xpheve.plan.forms import form_changed
 from xpheve.plan.groups import Batch, Choice, Facts, choose, find_group, signature_of, torque_of
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
@@ -270,7 +271,7 @@ class World:
             if immovable(obj):
                 for other in dependents(self, obj):
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
-            if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
+            if number >= 0 and (torque_of(self, obj) != self._torque_served(obj, number) or form_changed(self, obj)):
                 transaction.replan[obj] = None
             if number >= 0 and self._parts(obj, number):
                 transaction.replan[obj] = None

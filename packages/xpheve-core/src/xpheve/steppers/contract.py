@@ -113,6 +113,27 @@ class Stop(NamedTuple):
     rows: Sequence[int] | Rows
 
 
+class Attraction(NamedTuple):
+    """What attracts a body by an inverse-square force: d'' = -mu d / |d|^3, where d leads from there to the body.
+
+    Attributes
+    ----------
+    row
+        Of the other body, if that moves, too; else -1.
+    place
+        Where the centre is [m], if it does not move.
+    mu
+        [m^3/s^2], as a pair of floats; below 0 if it repels.
+    laws
+        Labels of the laws.
+    """
+
+    row: int
+    place: Vec
+    mu: tuple[float, float]
+    laws: str
+
+
 class Grid(NamedTuple):
     """Host steps: step ``number`` goes from ``origin + number * dt`` to the next point."""
 
@@ -163,6 +184,10 @@ class Sources(Protocol):
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows`` of a group of the form "two bodies"; what is of another form now is left out."""
         ...
 
     @property
