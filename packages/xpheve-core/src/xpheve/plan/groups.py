@@ -220,6 +220,11 @@ def form_of(
     world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
+    if not heard and torque != "general":
+        from xpheve.plan.linear_form import is_linear
+
+        if is_linear(world, group, laws):
+            return "linear"
     return "general"
 
 

@@ -247,6 +247,25 @@ def flow_of(stiffness: Wide, damping: Wide, mass: Array) -> Flow:
     return found
 
 
+def parts_of(stiffness: Wide, damping: Wide) -> list[NDArray[np.int64]]:
+    """Coordinates that act on one another, ascending, by the first of each part."""
+    touch = (stiffness.high != 0.0) | (damping.high != 0.0)
+    touch |= touch.T
+    left = np.ones(len(touch), dtype=bool)
+    found = []
+    while left.any():
+        part = np.zeros(len(touch), dtype=bool)
+        part[int(left.argmax())] = True
+        while True:
+            more = part | touch[part].any(axis=0)
+            if (more == part).all():
+                break
+            part = more
+        left &= ~part
+        found.append(np.flatnonzero(part))
+    return found
+
+
 def mode_of(a: Wide, b: Wide, c: Wide | None = None, d: Wide | None = None) -> tuple[linear_mode.Wide, ...]:
     """The constants of z'' = (a + i c) z + (b + i d) z', of single numbers."""
     zero = Wide(0.0)
