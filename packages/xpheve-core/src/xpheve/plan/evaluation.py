@@ -504,6 +504,12 @@ class BatchSources:
         if self._motion is not None:
             self._motion.forget()
 
+    def linear(self, rows: Rows) -> Any:
+        """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
+        from xpheve.plan.linear_form import form_of_rows
+
+        return form_of_rows(self.world, self.laws, rows)
+
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
         return trace is not None and self._traces.get(law) is trace

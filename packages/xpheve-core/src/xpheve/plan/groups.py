@@ -221,8 +221,14 @@ def form_of(
     world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
-    if torque != "general" and not heard and is_two_bodies(world, group):
+    if torque == "general" or heard:
+        return "general"
+    if is_two_bodies(world, group):
         return "two bodies"
+    from xpheve.plan.linear_form import is_linear
+
+    if is_linear(world, group, laws):
+        return "linear"
     return "general"
 
 

@@ -190,6 +190,10 @@ class Sources(Protocol):
         """What attracts each of ``rows`` of a group of the form "two bodies"; what is of another form now is left out."""
         ...
 
+    def linear(self, rows: Rows) -> Any:
+        """The `xpheve.steppers.linear_form.LinearForm` of ``rows``, complete groups of a batch whose signature says linear."""
+        ...
+
     @property
     def motion(self) -> Any:
         """The `xpheve.plan.motions.Motion` of the batch, for drivers; or None if its laws must be evaluated one by one."""
@@ -351,6 +355,16 @@ class Stepper(ABC):
     def restart(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> Sequence[int]:
         """The forces on all rows are others from ``t`` on: returns the rows, whose flights are new."""
         return self.changed(state, bodies, state.rows.tolist(), t, sources)
+
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
+        """Work [J] of forces without potential on the rows at ``places``, from the start of their flights to ``t``, (places,).
+
+        Of steppers that keep it as ``books_work`` says; what stands in ``state.arrays["work"]`` is not in it. 0 by default.
+        """
+        return np.zeros(len(state.rows[places]))
+
+    def resume(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> None:  # noqa: B027
+        """Make again what is not in the arrays and numbers of ``state``, which were restored from a checkpoint."""
 
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
