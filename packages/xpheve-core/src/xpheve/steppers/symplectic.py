@@ -1,0 +1,460 @@
+"""Symplectic compositions of order 2, 4, 6 and 8, at host steps: conservative forces without drift of energy.
+
+The steps are made by `xpheve.loop.drivers.composition`; here are the methods, what is kept between calls, and how rows are read between steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from xpheve.bodies import Bodies
+from xpheve.errors import NoStepperError
+from xpheve.kernels import spin
+from xpheve.kernels.clock import Instant, elapsed, later
+from xpheve.steppers.contract import (
+    Array,
+    Grid,
+    Offer,
+    Refusal,
+    Rows,
+    Settings,
+    Signature,
+    Sources,
+    State,
+    Stop,
+)
+from xpheve.steppers.flights import FlightState
+from xpheve.steppers.nodes import Node, between
+from xpheve.steppers.smooth import Smooth
+
+# Methods --------------------------------------------------------------------------------------------------------------
+
+
+class Method(NamedTuple):
+    """Weights of a step: ``kicks`` b_0 ... b_S, ``drifts`` a_0 ... a_(S-1), and ``turns``, of which a free turn of an uneven body is made.
+
+    ``evaluations`` is how often a step asks for forces.
+    """
+
+    kicks: tuple[float, ...]
+    drifts: tuple[float, ...]
+    turns: tuple[float, ...]
+
+    @property
+    def evaluations(self) -> int:
+        return sum(weight != 0.0 for weight in self.kicks[1:])
+
+
+def mirrored(half: Sequence[float], total: float, middle: bool) -> tuple[float, ...]:
+    """Weights that read the same from both ends and sum up to ``total``: ``half`` of them are given, the rest follows.
+
+    With ``middle`` there is one in the middle, else two.
+    """
+    rest = total - 2.0 * math.fsum(half)
+    inner = (rest,) if middle else (0.5 * rest, 0.5 * rest)
+    return (*half, *inner, *reversed(half))
+
+
+def drift_first(weights: Sequence[float], turns: Sequence[float] | None = None) -> Method:
+    """The composition of steps drift-kick-drift of the lengths ``weights``, h = 1."""
+    inner = [0.5 * (one + other) for one, other in zip(weights, weights[1:], strict=False)]
+    drifts = (0.5 * weights[0], *inner, 0.5 * weights[-1])
+    return Method((0.0, *weights, 0.0), drifts, tuple(weights if turns is None else turns))
+
+
+FIFTH = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
+SUZUKI_4 = mirrored((FIFTH, FIFTH), 1.0, True)
+"""M. Suzuki, Phys. Lett. A 146 (1990) 319: five steps of order 2 make one of order 4."""
+
+KAHAN_LI_6 = mirrored(
+    (0.39216144400731413927925056, 0.33259913678935943859974864, -0.70624617255763935980996482, 0.08221359629355080023149045),
+    1.0,
+    True,
+)  # fmt: skip
+KAHAN_LI_8 = mirrored(
+    (
+        0.13020248308889008087881763, 0.56116298177510838456196441, -0.38947496264484728640807860, 0.15884190655515560089621075,
+        -0.39590389413323757733623154, 0.18453964097831570709183254, 0.25837438768632204729397911, 0.29501172360931029887096624,
+    ),
+    1.0,
+    True,
+)  # fmt: skip
+"""W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089, s9odr6a and s17odr8a: nine steps of order 2 make one of order 6, seventeen one of order 8."""
+
+LEAPFROG = Method((0.5, 0.5), (1.0,), (1.0,))
+"""Kick-drift-kick (Stoermer, Verlet)."""
+
+# For x'' = f(x) alone fewer conditions have to hold than for compositions, so that more weights are left to make errors small:
+# S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313, table 3, SRKN_6^b and SRKN_14^a, made exact to 25 digits by Newton's method.
+# Error on the figure eight at equal evaluations, next to Suzuki's and to Kahan and Li's of the same order: a 200th, and a 300th.
+NYSTROM_4 = Method(
+    mirrored((0.08298440641740502058792996, 0.3963098014983680572607974, -0.03905630492234842501552195), 1.0, True),
+    mirrored((0.245298957184271164039388, 0.6048726657110799774066924), 1.0, False),
+    SUZUKI_4,
+)
+NYSTROM_6 = Method(
+    (
+        0.0,
+        *mirrored(
+            (
+                0.0917191526244620131812477, 0.1839831700050048960170288, -0.05653436583288910273252011,
+                0.004914688774711887286437297, 0.1437611271683616849788432, 0.3285676937468041413915653,
+            ), 1.0, False,
+        ),
+        0.0,
+    ),
+    mirrored(
+        (
+            0.0378593198406109402370114, 0.1026356331024365465784443, -0.0258678882665583330073919, 0.3142414030714464264278324,
+            -0.1301444595174151019248528, 0.1064177003695413689108342, -0.008794243128510205373536294,
+        ), 1.0, True,
+    ),
+    KAHAN_LI_6,
+)  # fmt: skip
+COMPOSED_8 = drift_first(KAHAN_LI_8)
+
+
+# What a row keeps -----------------------------------------------------------------------------------------------------
+
+PLACES = ("earlier", "begin", "end")
+"""Nodes of the path: position, velocity and acceleration, (9, rows) each, at three times; the present step goes from the second to the third."""
+TURNS = ("earlier_turn", "begin_turn", "end_turn")
+"""The same of the orientation: q, q' and q'', (12, rows) each."""
+KEPT = {name: 9 for name in PLACES} | {name: 12 for name in TURNS} | {"span": 1, "ago": 1, "rests": 6, "momentum": 6}
+"""``span`` [s] is how long the present step is, 0 before the first; ``ago`` how long after its beginning the earliest node is (before: below 0);
+``rests`` what sums of position and velocity have left over; ``momentum`` L / A [rad/s], and what its sum has left over."""
+
+
+class Symplectic(Smooth):
+    """Drifts and kicks, composed to a high order: bounded errors of energy, and steps that can be taken back.
+
+    For forces that derive from a potential of positions and orientations. A step is a host step, or what a jump or an event leaves of one. Bodies
+    that turn drift in free rotation, so that angular momentum stays to rounding where nothing twists. Between two steps rows are read off the
+    polynomial through position, velocity and acceleration at three instants, of degree 8; so is the orientation, which asks for turns of less
+    than about a radian a step.
+    """
+
+    parts: ClassVar[bool] = True
+    order: ClassVar[int]
+    method: ClassVar[Method]
+
+    def offer(self, signature: Signature) -> Offer | Refusal:
+        reason = self.refusal(signature)
+        if not reason and not signature.fixed_step:
+            reason = "its steps are host steps: run(dt=...)"
+        if not reason and not signature.conservative:
+            reason = "a law has no potential, or reads velocity or time"
+        if not reason and signature.wish != self.id:
+            reason = f'only on request: PhysicsEngine(stepper="{self.id}")'
+        if reason:
+            return Refusal(reason)
+        return Offer(float(self.order), 100.0 * self.method.evaluations, False)
+
+    def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
+        state = self.new_state(KEPT, {"base": t[0], "offset": t[1], "steps": 0.0, "evaluations": 0.0})
+        self.join(state, rows, bodies, t)
+        return state
+
+    def join(self, state: State, rows: Rows, bodies: Bodies, t: Instant) -> None:
+        assert isinstance(state, FlightState)
+        first = state.count
+        super().join(state, rows, bodies, t)
+        state.numbers["base"], state.numbers["offset"] = t
+        self._settle(state, bodies, np.arange(first, state.count))
+
+    def merge(self, state: State, other: State, bodies: Bodies, settings: Settings) -> bool:
+        """Two batches make the same steps as one."""
+        if state.numbers["turning"] != other.numbers["turning"]:
+            return False
+        rows = np.concatenate([state.rows, other.rows])
+        order = np.argsort(rows)
+        state.rows = rows[order]
+        for name, array in state.arrays.items():
+            state.arrays[name] = np.concatenate([array, other.arrays[name]], axis=1)[:, order]
+        for name in ("steps", "evaluations"):
+            state.numbers[name] = max(state.numbers[name], other.numbers[name])
+        bodies.local[state.rows] = np.arange(state.count)
+        state.locate()
+        return True
+
+    def covered(self, state: State) -> Instant:
+        return state.numbers["base"], state.numbers["offset"]
+
+    # Steps
+
+    def advance(
+        self, state: State, bodies: Bodies, need: Instant, wall: Instant, settings: Settings, sources: Sources | None
+    ) -> Stop:
+        begin = self.covered(state)
+        if begin >= need:
+            return Stop(begin, ())
+        return self.stride(state, bodies, Grid(begin, elapsed(wall, begin), 0), 1, settings, sources)
+
+    def stride(
+        self, state: State, bodies: Bodies, grid: Grid, steps: int, settings: Settings, sources: Sources | None
+    ) -> Stop:
+        assert isinstance(state, FlightState) and sources is not None
+        motion = sources.motion
+        if motion is None or not np.isfinite(grid.dt):
+            raise NoStepperError(f"{self.id} found no length for its step: give run(dt=...)")
+        if motion.turning and state.numbers["turning"] == 0.0:
+            self._take_up_rotation(state, bodies)
+        run = _Run(self.method, state, bodies, motion)
+        if not run.go(grid, steps):
+            if steps > 1:  # one by one, so that what is good stays
+                return super().stride(state, bodies, grid, steps, settings, sources)
+            raise motion.fail(self.covered(state), self.held(state, bodies))
+        found = run.found()
+        if steps == 1 and (state.arrays["span"] == 0.0).any():
+            run = _Run(self.method, state, bodies, motion)
+            run.go(Grid(grid.point(0), 0.5 * grid.dt, 0), 1)
+            middle = run.found()
+            found |= {"earlier": middle["end"], "earlier_turn": middle["end_turn"]}
+            found["ago"] = np.full((1, state.count), 0.5 * grid.dt)
+        else:
+            found["ago"] = np.where(steps > 1, -grid.dt, -state.arrays["span"])
+        state.arrays |= found | {"span": np.full((1, state.count), grid.dt)}
+        state.numbers["base"], state.numbers["offset"] = grid.point(steps)
+        state.numbers["steps"] += float(steps)
+        state.numbers["evaluations"] = float(run.evaluations)
+        self._put_beginning(state, bodies, grid.point(steps - 1))
+        return Stop(self.covered(state), state.rows)
+
+    def _put_beginning(self, state: FlightState, bodies: Bodies, t: Instant) -> None:
+        """Write the state at the beginning of the present step into the bodies."""
+        rows, begin = state.rows, state.arrays["begin"]
+        bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows] = begin[:3], begin[3:6]
+        state.arrays["acceleration"] = begin[6:].copy()
+        bodies.clock[0, rows], bodies.clock[1, rows] = t
+        if state.numbers["turning"] == 1.0:
+            turn = Node(*np.split(state.arrays["begin_turn"], 3))
+            bodies.arrays["orientation"][:, rows], bodies.arrays["angular_velocity"][:, rows] = turn.place, spin_of(turn)
+            bodies.turn_clock[:, rows] = bodies.clock[:, rows]
+        self.begin(state, bodies, slice(None))
+        bodies.change += 1
+
+    # Rows that were written
+
+    def changed(
+        self, state: State, bodies: Bodies, rows: Sequence[int], t: Instant, sources: Sources | None
+    ) -> Sequence[int]:
+        assert isinstance(state, FlightState)
+        together = self.together(bodies, rows, sources)
+        places = self.changed_locals(bodies, together)
+        kept = state.arrays["rests"][:, places], state.arrays["momentum"][:, places]
+        same = ~self._written(state, bodies, places) & (self.covered(state) == t)
+        self.rebase(state, bodies, places, t)
+        state.numbers["base"], state.numbers["offset"] = t
+        self._settle(state, bodies, places)
+        for name, values in zip(("rests", "momentum"), kept, strict=True):
+            state.arrays[name][:, places[same]] = values[:, same]
+        return together
+
+    def _settle(self, state: FlightState, bodies: Bodies, places: Rows) -> None:
+        """The rows at ``places`` are, at the covered instant, what the bodies say; how they came there is forgotten."""
+        arrays, held = state.arrays, self.held(state, bodies, places)
+        for name in ("span", "ago", "rests"):
+            arrays[name][:, places] = 0.0
+        arrays["end"][:, places] = np.concatenate([held["position"], held["velocity"], np.zeros((3, len(places)))])
+        arrays["end_turn"][:, places] = 0.0
+        arrays["end_turn"][:4, places] = held["orientation"]
+        arrays["end_turn"][4:8, places] = rate_of(held["orientation"], held["angular_velocity"])
+        for k in places.tolist():
+            row = int(state.rows[k])
+            q: Any = bodies.get("orientation", row)
+            omega: Any = bodies.get("angular_velocity", row)
+            inertia: Any = bodies.get("inertia", row)
+            arrays["momentum"][:, k] = (*spin.stretched(q, omega, spin.excess_of(inertia)), 0.0, 0.0, 0.0)
+        self.begin(state, bodies, places)
+
+    def _take_up_rotation(self, state: FlightState, bodies: Bodies) -> None:
+        """From now on rotation is made in steps: rows are brought to the covered instant in closed form."""
+        t = self.covered(state)
+        for local, row in enumerate(state.rows.tolist()):
+            turned = {name: self.read_row(state, bodies, t, name, local) for name in ("orientation", "angular_velocity")}
+            for name, values in turned.items():
+                bodies.put(name, row, values)
+            bodies.turn_clock[0, row], bodies.turn_clock[1, row] = t
+        kept = state.arrays["rests"].copy()
+        self.rebase(state, bodies, slice(None), t)
+        state.numbers["turning"] = 1.0
+        self._settle(state, bodies, np.arange(state.count))
+        state.arrays["rests"] = kept
+
+    # Reading
+
+    def curve(self, state: FlightState, bodies: Bodies, t: Instant, places: slice | Rows) -> tuple[Array, Array]:
+        return self._path(state, t, places, PLACES)
+
+    def turned(self, state: FlightState, bodies: Bodies, t: Instant, places: slice | Rows) -> tuple[Array, Array]:
+        q, rate = self._path(state, t, places, TURNS)
+        size = np.sqrt((q * q).sum(axis=0))
+        node = Node(q / size, rate / size, rate)
+        return node.place, spin_of(node)
+
+    def _path(
+        self, state: FlightState, t: Instant, places: slice | Rows, names: Sequence[str]
+    ) -> tuple[Array, Array]:
+        """Places and their derivatives at ``t``."""
+        end = Node(*np.split(state.arrays[names[2]][:, places], 3))
+        back = elapsed(t, self.covered(state))
+        if back == 0.0:
+            return end.place.copy(), end.rate.copy()
+        earlier, begin = (Node(*np.split(state.arrays[name][:, places], 3)) for name in names[:2])
+        span, ago = state.arrays["span"][:, places], state.arrays["ago"][:, places]
+        known = span != 0.0
+        place, rate = between(begin, end, earlier, np.where(known, span, 1.0), np.where(known, ago, -1.0), span + back)
+        return np.where(known, place, end.place), np.where(known, rate, end.rate)
+
+
+class _Run:
+    """The buffers of one run of the driver: a batch's rows in the order of its motion."""
+
+    def __init__(self, method: Method, state: FlightState, bodies: Bodies, motion: Any) -> None:
+        self.motion = motion
+        self.turning = bool(motion.turning)
+        self.width = 7 if self.turning else 3
+        self.rows = motion.rows
+        steps = [0.0] * (2 * len(method.kicks) - 1)
+        steps[::2], steps[1::2] = method.kicks, method.drifts
+        head = np.array([0.0, 0.0, 0.0, *steps, *method.turns])
+        blocks = self._blocks(state, bodies)
+        self.s = np.concatenate([head, *(block.ravel() for block in blocks)])
+        places = len(head) + np.cumsum([0, *(block.size for block in blocks)])
+        stages, turns = len(method.drifts), len(method.turns)
+        fresh = int(not self.turning and bool((state.arrays["span"] != 0.0).all()))
+        shared = [int(state.numbers["evaluations"]), 0, 0, 0, 0, 0, 0, 0]
+        self.d = np.array([*shared, 0, fresh, stages, turns, self.width, *places[:-1]], dtype=np.int64)
+        self.first_node = int(places[len(blocks) - 1])
+        self.places = dict(zip(("place", "speed", "push", "working", "place_rest", "speed_rest"), places.tolist(), strict=False))
+        self.places |= {"momentum": int(places[6]), "momentum_rest": int(places[7])}
+
+    @property
+    def evaluations(self) -> int:
+        return int(self.d[0])
+
+    def _ordered(self, values: Array) -> Array:
+        """``values`` (width, rows) of the batch's rows as (width, N) of the motion's; of rows that only act, 0."""
+        found = np.zeros((len(values), self.rows))
+        found[:, : self.motion.moving] = values[:, self.motion.held.order]
+        return found
+
+    def _blocks(self, state: FlightState, bodies: Bodies) -> list[Array]:
+        """The driver's blocks, as it names them."""
+        arrays = state.arrays
+        end, turn = arrays["end"], arrays["end_turn"]
+        found = {"position": end[:3], "velocity": end[3:6], "orientation": turn[:4], "angular_velocity": np.zeros((3, state.count))}
+        place, speed = self.motion.pack(found, (state.numbers["base"], state.numbers["offset"]))
+        push = np.zeros_like(place)
+        push[:3] = self._ordered(end[6:])
+        rests, momentum = self._ordered(arrays["rests"]), self._ordered(arrays["momentum"])
+        nodes = np.zeros((3, 3, self.width, self.rows))
+        nodes[1] = self._node(arrays["begin"], arrays["begin_turn"])
+        uneven = np.zeros((6, state.count))
+        if self.turning:
+            for k, row in enumerate(state.rows.tolist()):
+                inertia: Any = bodies.get("inertia", row)
+                uneven[:, k] = (*spin.excess_of(inertia), *spin.spread_of(inertia))
+        return [
+            place, speed, push, np.zeros((3, self.rows)), rests[:3], rests[3:], momentum[:3], momentum[3:], self._ordered(uneven), nodes,
+        ]  # fmt: skip
+
+    def _node(self, path: Array, turn: Array) -> Array:
+        """A node (3, width, N) from how rows keep it."""
+        parts = [self._ordered(path).reshape(3, 3, self.rows)]
+        if self.turning:
+            parts.append(self._ordered(turn).reshape(3, 4, self.rows))
+        return np.concatenate(parts, axis=1)
+
+    def go(self, grid: Grid, steps: int) -> bool:
+        """Make ``steps`` steps of ``grid``; whether all is finite."""
+        s, d = self.s, self.d
+        (s[0], late), s[2] = grid.origin, grid.dt
+        s[0] += late
+        made = 0
+        while made < steps:
+            s[1], d[8] = float(grid.number + made), steps - made
+            made += self.motion.run("composition", s, d)
+        return bool(np.isfinite(s).all())
+
+    def found(self) -> dict[str, Array]:
+        """What rows keep, as the run has left it."""
+        found = {}
+        for k, (name, turn) in enumerate(zip(PLACES, TURNS, strict=True)):
+            size = 3 * self.width * self.rows
+            first = self.first_node + k * size
+            node = self.s[first : first + size].reshape(3, self.width, self.rows)
+            found[name] = self._own(node[:, :3])
+            found[turn] = self._own(node[:, 3:]) if self.turning else np.zeros((12, self.motion.moving))
+        found["rests"] = np.concatenate([self._part("place_rest"), self._part("speed_rest")])
+        found["momentum"] = np.concatenate([self._part("momentum"), self._part("momentum_rest")])
+        return found
+
+    def _own(self, node: Array) -> Array:
+        own: Array = self.motion.unpack(node.reshape(-1, self.rows))
+        return own
+
+    def _part(self, name: str) -> Array:
+        first = self.places[name]
+        own: Array = self.motion.unpack(self.s[first : first + 3 * self.rows].reshape(3, self.rows))
+        return own
+
+
+def rate_of(q: Array, omega: Array) -> Array:
+    """q' = w q / 2 of columns, as `xpheve.kernels.turning` has it for one."""
+    from xpheve.kernels import turning
+
+    return np.array(turning.rate_of(tuple(q), tuple(omega)))  # type: ignore[arg-type]
+
+
+def spin_of(turn: Node) -> Array:
+    """Angular velocity of columns, from q and q', whose part along q only rounding makes."""
+    from xpheve.kernels import turning
+
+    q: Any = tuple(turn.place)
+    return np.array(turning.spin_of(q, turning.across(q, tuple(turn.rate))))  # type: ignore[arg-type]
+
+
+class Symplectic2(Symplectic):
+    """Leapfrog: one evaluation a step."""
+
+    id: ClassVar[str] = "core:symplectic2"
+    promise: ClassVar[str] = "symplectic, second order in the step; energy does not drift"
+    order: ClassVar[int] = 2
+    method: ClassVar[Method] = LEAPFROG
+
+
+class Symplectic4(Symplectic):
+    """Six evaluations a step."""
+
+    id: ClassVar[str] = "core:symplectic4"
+    promise: ClassVar[str] = "symplectic, fourth order in the step; energy does not drift"
+    order: ClassVar[int] = 4
+    method: ClassVar[Method] = NYSTROM_4
+
+
+class Symplectic6(Symplectic):
+    """Fourteen evaluations a step."""
+
+    id: ClassVar[str] = "core:symplectic6"
+    promise: ClassVar[str] = "symplectic, sixth order in the step; energy does not drift"
+    order: ClassVar[int] = 6
+    method: ClassVar[Method] = NYSTROM_6
+
+
+class Symplectic8(Symplectic):
+    """Seventeen evaluations a step."""
+
+    id: ClassVar[str] = "core:symplectic8"
+    promise: ClassVar[str] = "symplectic, eighth order in the step; energy does not drift"
+    order: ClassVar[int] = 8
+    method: ClassVar[Method] = COMPOSED_8
+
+
+SYMPLECTIC = (Symplectic2, Symplectic4, Symplectic6, Symplectic8)
+
+__all__ = ["SYMPLECTIC", "Symplectic", "Symplectic2", "Symplectic4", "Symplectic6", "Symplectic8", "later"]
