@@ -94,6 +94,9 @@ class Stepped(Smooth):
 
     # Rows that were written
 
+    def cut(self, state: FlightState, bodies: Bodies, places: Rows, t: Instant) -> None:
+        """The present step of the rows at ``places`` ends at ``t``."""
+
     def changed(
         self, state: State, bodies: Bodies, rows: Sequence[int], t: Instant, sources: Sources | None
     ) -> Sequence[int]:
@@ -102,6 +105,7 @@ class Stepped(Smooth):
         places = self.changed_locals(bodies, together)
         kept = state.arrays["rests"][:, places], state.arrays["momentum"][:, places]
         same = ~self._written(state, bodies, places) & (self.covered(state) == t)
+        self.cut(state, bodies, places, t)
         self.rebase(state, bodies, places, t)
         state.numbers["base"], state.numbers["offset"] = t
         self._settle(state, bodies, places)

@@ -310,4 +310,3 @@ class Symplectic8(Symplectic):
 
 SYMPLECTIC = (Symplectic2, Symplectic4, Symplectic6, Symplectic8)
 
-__all__ = ["SYMPLECTIC", "Symplectic", "Symplectic2", "Symplectic4", "Symplectic6", "Symplectic8", "later"]
