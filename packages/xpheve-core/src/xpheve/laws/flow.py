@@ -34,7 +34,9 @@ class FlowLaw(ContinuousLaw):
                     f"{cls.__name__} is a FlowLaw and has {name}, which would act twice: keep flow(self, body, dt) alone, or derive from FieldLaw"
                 )
         if cls.kernel:
-            raise LawDefinitionError(f"{cls.__name__}: kernel = {cls.kernel!r}: a FlowLaw has none; write flow(self, body, dt)")
+            raise LawDefinitionError(
+                f"{cls.__name__}: kernel = {cls.kernel!r}: a FlowLaw has none; write flow(self, body, dt)"
+            )
 
     @silent
     def flow(self, body: BodyView, dt: float) -> Any:

@@ -596,7 +596,8 @@ class BatchSources:
         from xpheve.plan.flows import flow_all
 
         acting = [(law, mask) for law, mask in self.flows if law.enabled]
-        return flow_all(self.world.evaluator, acting[::-1] if backwards else acting, rows, t, state, span)
+        twisted = self.twists[rows] | self.world.bodies.arrays["torque"][:, rows].any(axis=0)
+        return flow_all(self.world.evaluator, acting[::-1] if backwards else acting, rows, t, state, span, twisted)
 
     def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:
         """What ``law`` does to ``rows``; None if it concerns none of them."""

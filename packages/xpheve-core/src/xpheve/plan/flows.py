@@ -29,10 +29,12 @@ def flow_all(
     t: Instant,
     state: dict[str, Array],
     span: float,
+    under_torque: Array,
 ) -> tuple[set[str], Array]:
     """Let ``flows``, each with the rows of the engine that it acts on, change ``state`` of ``rows`` one after the other for ``span`` [s].
 
-    Returns what may have changed, and the work [J] of those without potential on each row.
+    Returns what may have changed, and the work [J] of those without potential on each row; of those ``under_torque`` energy of rotation is
+    booked as a whole, elsewhere (`xpheve.plan.books`).
     """
     changed: set[str] = set()
     work = np.zeros(len(rows))
@@ -45,8 +47,8 @@ def flow_all(
         found = flow_of(evaluator, law, own, t[0], held.__getitem__, span)
         law.evaluations += 1
         if not law.defines("potential"):
-            bodies = evaluator.bodies
-            work[which] += kinetic(bodies, own, held | found) - kinetic(bodies, own, held)
+            bodies, apart = evaluator.bodies, under_torque[which]
+            work[which] += kinetic(bodies, own, held | found, apart) - kinetic(bodies, own, held, apart)
         for name, values in found.items():
             state[name] = state[name].copy()
             state[name][:, which] = values
@@ -54,12 +56,13 @@ def flow_all(
     return changed, work
 
 
-def kinetic(bodies: Any, rows: Rows, state: dict[str, Array]) -> Array:
-    """Kinetic energy [J] of each of ``rows`` in ``state``."""
+def kinetic(bodies: Any, rows: Rows, state: dict[str, Array], apart: Array) -> Array:
+    """Kinetic energy [J] of each of ``rows`` in ``state``, without that of rotation of those ``apart``."""
     v, spin = state["velocity"], state["angular_velocity"]
     found: Array = 0.5 * bodies.arrays["mass"][0, rows] * (v * v).sum(axis=0)
     if spin.any():
-        found = found + spin_energy(state["orientation"], spin, bodies.arrays["inertia"][:, rows])
+        turning = spin_energy(state["orientation"], spin, bodies.arrays["inertia"][:, rows])
+        found = found + np.where(apart, 0.0, turning)
     return found
 
 

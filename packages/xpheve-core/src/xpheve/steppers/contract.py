@@ -340,6 +340,10 @@ class Stepper(ABC):
         """Until when the batch is known without another step."""
         return NEVER
 
+    def worked(self, state: State, t: Instant) -> Array:
+        """The work [J] that the stepper keeps of each row until ``t``, if it `books_work`, as parts that add up: (parts, rows)."""
+        return np.concatenate([state.arrays["work"], state.arrays["work_rest"]])
+
 
 class ContactServer(ABC):
     """Finds touching pairs and answers them: one for a scene, offered by a pack. See `xpheve.plan.world.World` for what it may ask."""

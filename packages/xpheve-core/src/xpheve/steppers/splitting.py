@@ -64,7 +64,8 @@ class Splitting(Stepped):
         turned, work = sources.flow(rows, t, found, 0.5 * span)
         if state.numbers["turning"] == 0.0 and "angular_velocity" in turned:
             self._take_up_rotation(state, bodies)
-            return self._step(state, bodies, t, end, sources)
+            self._step(state, bodies, t, end, sources)
+            return
         if state.numbers["turning"] == 1.0:
             stepped = np.maximum(stepped, 1.0 * found["angular_velocity"].any(axis=0))
         step = MidpointStep(self, state, bodies, sources)
@@ -121,16 +122,20 @@ class Splitting(Stepped):
         work, rest = two_sums(state.arrays["work"][0], joules + state.arrays["work_rest"][0])
         state.arrays["work"], state.arrays["work_rest"] = work[None], rest[None]
 
+    def worked(self, state: State, t: Instant) -> Array:
+        return np.concatenate([super().worked(state, t), self._past(state, t) * state.arrays["gain"]])
+
+    def _past(self, state: State, t: Instant) -> Array:
+        """How much of the present step is over at ``t``, (1, rows)."""
+        span = state.arrays["span"]
+        known = span > 0.0
+        return np.where(known, 1.0 + elapsed(t, self.covered(state)) / np.where(known, span, 1.0), 0.0)
+
     def cut(self, state: FlightState, bodies: Bodies, places: Rows, t: Instant) -> None:
-        """Of the work of the present step what belongs to its past is booked; that on written rows by stored forces was."""
-        span = state.arrays["span"][0, places]
-        past = np.where(span > 0.0, 1.0 + elapsed(t, self.covered(state)) / np.where(span > 0.0, span, 1.0), 0.0)
+        """Of the work of the present step what is done at ``t`` is booked; that on written rows by stored forces was."""
         joules = np.zeros(state.count)
-        joules[places] = past * state.arrays["gain"][0, places]
+        joules[places] = (self._past(state, t) * state.arrays["gain"])[0, places]
         behind = places[~self._written(state, bodies, places)]
-        stored = self._stored_work(state, bodies, self.curve(state, bodies, t, slice(None))[0])
-        joules[behind] += stored[behind]
+        joules[behind] += self._stored_work(state, bodies, self.curve(state, bodies, t, slice(None))[0])[behind]
         self._book(state, joules)
         state.arrays["gain"][0, places] = 0.0
-
-

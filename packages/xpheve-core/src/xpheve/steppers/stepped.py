@@ -87,7 +87,10 @@ class Stepped(Smooth):
         bodies.clock[0, rows], bodies.clock[1, rows] = t
         if state.numbers["turning"] == 1.0:
             turn = Node(*np.split(state.arrays["begin_turn"], 3))
-            bodies.arrays["orientation"][:, rows], bodies.arrays["angular_velocity"][:, rows] = turn.place, spin_of(turn)
+            bodies.arrays["orientation"][:, rows], bodies.arrays["angular_velocity"][:, rows] = (
+                turn.place,
+                spin_of(turn),
+            )
             bodies.turn_clock[:, rows] = bodies.clock[:, rows]
         self.begin(state, bodies, slice(None))
         bodies.change += 1
@@ -134,7 +137,9 @@ class Stepped(Smooth):
         """From now on rotation is made in steps: rows are brought to the covered instant in closed form."""
         t = self.covered(state)
         for local, row in enumerate(state.rows.tolist()):
-            turned = {name: self.read_row(state, bodies, t, name, local) for name in ("orientation", "angular_velocity")}
+            turned = {
+                name: self.read_row(state, bodies, t, name, local) for name in ("orientation", "angular_velocity")
+            }
             for name, values in turned.items():
                 bodies.put(name, row, values)
             bodies.turn_clock[0, row], bodies.turn_clock[1, row] = t
@@ -155,9 +160,7 @@ class Stepped(Smooth):
         node = Node(q / size, rate / size, rate)
         return node.place, spin_of(node)
 
-    def _path(
-        self, state: FlightState, t: Instant, places: slice | Rows, names: Sequence[str]
-    ) -> tuple[Array, Array]:
+    def _path(self, state: FlightState, t: Instant, places: slice | Rows, names: Sequence[str]) -> tuple[Array, Array]:
         """Places and their derivatives at ``t``."""
         end = Node(*np.split(state.arrays[names[2]][:, places], 3))
         back = elapsed(t, self.covered(state))
@@ -166,16 +169,18 @@ class Stepped(Smooth):
         earlier, begin = (Node(*np.split(state.arrays[name][:, places], 3)) for name in names[:2])
         span, ago = state.arrays["span"][:, places], state.arrays["ago"][:, places]
         known = span != 0.0
-        place, rate = self.between(begin, end, earlier, np.where(known, span, 1.0), np.where(known, ago, -1.0), span + back)
+        place, rate = self.between(
+            begin, end, earlier, np.where(known, span, 1.0), np.where(known, ago, -1.0), span + back
+        )
         return np.where(known, place, end.place), np.where(known, rate, end.rate)
 
 
 def rate_of(q: Array, omega: Array) -> Array:
     """q' = w q / 2 of columns, as `xpheve.kernels.turning` has it for one."""
-    return np.array(turning.rate_of(tuple(q), tuple(omega)))  # type: ignore[arg-type]
+    return np.array(turning.rate_of(tuple(q), tuple(omega)))
 
 
 def spin_of(turn: Node) -> Array:
     """Angular velocity of columns, from q and q', whose part along q only rounding makes."""
     q: Any = tuple(turn.place)
-    return np.array(turning.spin_of(q, turning.across(q, tuple(turn.rate))))  # type: ignore[arg-type]
+    return np.array(turning.spin_of(q, turning.across(q, tuple(turn.rate))))

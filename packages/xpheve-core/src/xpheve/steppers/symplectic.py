@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -14,13 +15,11 @@ import numpy as np
 from xpheve.bodies import Bodies
 from xpheve.errors import NoStepperError
 from xpheve.kernels import spin
-from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.steppers.contract import (
     Array,
     Grid,
     Offer,
     Refusal,
-    Rows,
     Settings,
     Signature,
     Sources,
@@ -61,7 +60,7 @@ def mirrored(half: Sequence[float], total: float, middle: bool) -> tuple[float, 
 
 def drift_first(weights: Sequence[float], turns: Sequence[float] | None = None) -> Method:
     """The composition of steps drift-kick-drift of the lengths ``weights``, h = 1."""
-    inner = [0.5 * (one + other) for one, other in zip(weights, weights[1:], strict=False)]
+    inner = [0.5 * (one + other) for one, other in pairwise(weights)]
     drifts = (0.5 * weights[0], *inner, 0.5 * weights[-1])
     return Method((0.0, *weights, 0.0), drifts, tuple(weights if turns is None else turns))
 
@@ -198,7 +197,9 @@ class _Run:
         shared = [int(state.numbers["evaluations"]), 0, 0, 0, 0, 0, 0, 0]
         self.d = np.array([*shared, 0, fresh, stages, turns, self.width, *places[:-1]], dtype=np.int64)
         self.first_node = int(places[len(blocks) - 1])
-        self.places = dict(zip(("place", "speed", "push", "working", "place_rest", "speed_rest"), places.tolist(), strict=False))
+        self.places = dict(
+            zip(("place", "speed", "push", "working", "place_rest", "speed_rest"), places.tolist(), strict=False)
+        )
         self.places |= {"momentum": int(places[6]), "momentum_rest": int(places[7])}
 
     @property
@@ -215,7 +216,12 @@ class _Run:
         """The driver's blocks, as it names them."""
         arrays = state.arrays
         end, turn = arrays["end"], arrays["end_turn"]
-        found = {"position": end[:3], "velocity": end[3:6], "orientation": turn[:4], "angular_velocity": np.zeros((3, state.count))}
+        found = {
+            "position": end[:3],
+            "velocity": end[3:6],
+            "orientation": turn[:4],
+            "angular_velocity": np.zeros((3, state.count)),
+        }
         place, speed = self.motion.pack(found, (state.numbers["base"], state.numbers["offset"]))
         push = np.zeros_like(place)
         push[:3] = self._ordered(end[6:])
@@ -309,4 +315,3 @@ class Symplectic8(Symplectic):
 
 
 SYMPLECTIC = (Symplectic2, Symplectic4, Symplectic6, Symplectic8)
-

@@ -15,10 +15,11 @@ two body axes are a composition of symmetric halves, with weights that the calle
 Buffers: ``s`` = f[0] holds in front the numbers named below, then blocks of rows side by side, component by component; ``d`` = n[2].
 """
 
-from xpheve.kernels.quaternion import conjugate, multiply, rotate_inverse
+from xpheve.kernels.quaternion import Quat, conjugate, multiply, rotate_inverse
 from xpheve.kernels.spin import stretched, through_axes, turned, uneven
 from xpheve.kernels.turning import rate_of
-from xpheve.loop.drivers.motion import forces
+from xpheve.kernels.vector import Vec
+from xpheve.loop.drivers.motion import Buffers, forces
 
 # Of s
 ORIGIN, NUMBER, STEP, COEFFICIENTS = 0, 1, 2, 3
@@ -28,7 +29,17 @@ ORIGIN, NUMBER, STEP, COEFFICIENTS = 0, 1, 2, 3
 EVALUATIONS, ENOUGH = 0, 1
 WANTED, FRESH, STAGES, WEIGHTS, WIDTH = 8, 9, 10, 11, 12
 """Steps wanted; whether second derivatives at the beginning are there; S; how many weights; 3, or 7 where rows turn."""
-PLACE, SPEED, PUSH, WORKING, PLACE_REST, SPEED_REST, MOMENTUM, MOMENTUM_REST, UNEVEN = 13, 14, 15, 16, 17, 18, 19, 20, 21
+PLACE, SPEED, PUSH, WORKING, PLACE_REST, SPEED_REST, MOMENTUM, MOMENTUM_REST, UNEVEN = (
+    13,
+    14,
+    15,
+    16,
+    17,
+    18,
+    19,
+    20,
+    21,
+)
 """Where the blocks begin: places, velocities (0 for q), second derivatives, forces without potential; what sums have left over; L / A [rad/s],
 and what its sum has; A_k / A - 1 and A / A_k - 1."""
 NODES = 22
@@ -36,7 +47,7 @@ NODES = 22
 before the last step, and after it. The caller gives the second as the last call left it, for the first."""
 
 
-def entry(f, n):
+def entry(f: Buffers, n: Buffers) -> int:
     """Make steps until as many are made as wanted, or enough evaluations: how many it were."""
     s = f[0]
     d = n[2]
@@ -52,7 +63,7 @@ def entry(f, n):
     return made
 
 
-def evaluate(f, n, now):
+def evaluate(f: Buffers, n: Buffers, now: float) -> int:
     """Second derivatives of the places as they are, and of all that turns as if it stood still."""
     d = n[2]
     d[EVALUATIONS] += 1
@@ -60,7 +71,7 @@ def evaluate(f, n, now):
     return 0
 
 
-def step(f, n, number, h):
+def step(f: Buffers, n: Buffers, number: float, h: float) -> int:
     """One step of ``h`` [s]."""
     s = f[0]
     d = n[2]
@@ -84,7 +95,7 @@ def step(f, n, number, h):
     return 0
 
 
-def add(s, place, rest, change):
+def add(s: Buffers, place: int, rest: int, change: float) -> int:
     """Add ``change`` to the sum at ``place``, whose lost digits are at ``rest``."""
     before = s[place]
     change = change + s[rest]
@@ -95,7 +106,7 @@ def add(s, place, rest, change):
     return 0
 
 
-def drift(s, d, rows, moving, span):
+def drift(s: Buffers, d: Buffers, rows: int, moving: int, span: float) -> int:
     """Places move on for ``span`` [s] at the velocities that they have, and bodies turn freely."""
     place, speed, rest = d[PLACE], d[SPEED], d[PLACE_REST]
     for c in range(3):
@@ -107,7 +118,7 @@ def drift(s, d, rows, moving, span):
     return 0
 
 
-def kick(s, d, rows, moving, span):
+def kick(s: Buffers, d: Buffers, rows: int, moving: int, span: float) -> int:
     """The second derivatives act for ``span`` [s] on velocities, and on angular momenta."""
     push, speed, rest = d[PUSH], d[SPEED], d[SPEED_REST]
     for c in range(3):
@@ -119,19 +130,19 @@ def kick(s, d, rows, moving, span):
     return 0
 
 
-def orientation_at(s, block, rows, i):
+def orientation_at(s: Buffers, block: int, rows: int, i: int) -> Quat:
     """The quaternion of row ``i`` of a block."""
     at = block + 3 * rows + i
     return (s[at], s[at + rows], s[at + 2 * rows], s[at + 3 * rows])
 
 
-def vector_at(s, block, rows, i):
+def vector_at(s: Buffers, block: int, rows: int, i: int) -> Vec:
     """The vector of row ``i`` of a block."""
     at = block + i
     return (s[at], s[at + rows], s[at + 2 * rows])
 
 
-def turn(s, d, rows, i, span):
+def turn(s: Buffers, d: Buffers, rows: int, i: int, span: float) -> int:
     """Row ``i`` turns freely for ``span`` [s]."""
     q = orientation_at(s, d[PLACE], rows, i)
     momentum = vector_at(s, d[MOMENTUM], rows, i)
@@ -150,7 +161,7 @@ def turn(s, d, rows, i, span):
     return 0
 
 
-def twist(s, d, rows, i, span):
+def twist(s: Buffers, d: Buffers, rows: int, i: int, span: float) -> int:
     """The torque on row ``i`` acts for ``span`` [s]: of a body at rest q'' = (T / I) q / 2, and L / A changes at T / A."""
     q = orientation_at(s, d[PLACE], rows, i)
     bend = orientation_at(s, d[PUSH], rows, i)
@@ -161,7 +172,7 @@ def twist(s, d, rows, i, span):
     return 0
 
 
-def note(f, n, node, number):
+def note(f: Buffers, n: Buffers, node: int, number: float) -> int:
     """Keep the state as it is as a node: with the derivatives of the path, q' = w q / 2 among them, which the steps leave at 0."""
     s = f[0]
     d = n[2]
@@ -184,7 +195,7 @@ def note(f, n, node, number):
     return 0
 
 
-def spin(s, d, rows, i, to):
+def spin(s: Buffers, d: Buffers, rows: int, i: int, to: int) -> int:
     """Write q' of row ``i`` into the block ``to``."""
     q = orientation_at(s, d[PLACE], rows, i)
     omega = stretched(q, vector_at(s, d[MOMENTUM], rows, i), vector_at(s, d[UNEVEN] + 3 * rows, rows, i))
@@ -197,7 +208,7 @@ def spin(s, d, rows, i, to):
     return 0
 
 
-def shift(s, d, rows):
+def shift(s: Buffers, d: Buffers, rows: int) -> int:
     """What was the node before the last step is that before the last but one now."""
     size = 3 * d[WIDTH] * rows
     for k in range(d[NODES], d[NODES] + size):
