@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FieldLaw, FlowLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.groups import Batch
 from xpheve.plan.pairs import PairSet
@@ -150,7 +150,7 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
         if only is not None and only not in members:
             continue
         time = world.time[0]
-        if isinstance(law, FieldLaw):
+        if isinstance(law, FieldLaw | FlowLaw):
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
                 yield world.evaluator.potential(law, (rows,), time, shot.__getitem__)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
-from xpheve.laws import ContinuousLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FlowLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
@@ -175,6 +175,7 @@ def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
         fixed_step=fixed,
         contacts=heard,
         wish=world.wish,
+        flows=tuple(sorted({law.label() for law in laws if isinstance(law, FlowLaw)})),
     )
 
 
