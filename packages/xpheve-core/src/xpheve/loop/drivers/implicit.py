@@ -29,30 +29,31 @@ from xpheve.loop.drivers.motion import Buffers, forces, jacobians
 # Whole numbers of d
 
 EVALUATIONS = 0  # of the forces so far
-BUDGET = 1  # most evaluations of this call
-STATUS = 2  # how the call ended, one of the four below
-ROWS = 3  # N
-MOVING = 4  # M
-BLOCKS = 5
-STAGES = 6  # of the next step
-FRESH = 7  # 1 if no step came before that the next could go by
-STEPS = 8
-REJECTED = 9
-SINCE = 10  # steps since the number of stages was changed, or had to be lowered
-FIXED = 11  # 1 for steps of given length, on a grid
-LEAST = 12  # fewest and most stages
-MOST = 13
-WORKS = 14  # 1 if some force has no potential
-AREA = 15  # numbers of the matrices of all blocks
-NUMBER = 16  # of the step on the grid
-KEPT = 17  # stages of the last step
-TROUBLE = 18  # 1 if the step before this trial was rejected
-LAST_ROW = 19  # row whose error or force stood in the way
-JACOBIANS = 20
-TABLE = 21  # places in s: of the coefficients of 3, 5, 7 stages
-MATRICES = 25  # da/dx, da/dv, then the real system, and the pairs of parts of the complex ones
-LISTS = 26  # place in d: of the blocks, four numbers each: first of the members in d, how many, place in the area, first pivot in d
-HEADER = 64  # then, for each of M rows, what `jacobians` needs: row start, width of a row, column; see `matrix_place`
+BUDGET = 1  # pause once there were so many
+STATUS = 8  # how the call ended, one of the four below
+ROWS = 9  # N
+MOVING = 10  # M
+BLOCKS = 11
+STAGES = 12  # of the next step
+FRESH = 13  # 1 if no step came before that the next could go by
+STEPS = 14
+REJECTED = 15
+SINCE = 16  # steps since the number of stages was changed, or had to be lowered
+FIXED = 17  # 1 for steps of given length
+LEAST = 18  # fewest and most stages
+MOST = 19
+WORKS = 20  # 1 if some force has no potential
+AREA = 21  # numbers of the matrices of all blocks
+NUMBER = 22  # of the step on the grid
+KEPT = 23  # stages of the last step
+TROUBLE = 24  # 1 if the step before this trial was rejected
+LAST_ROW = 25  # row whose error or force stood in the way
+JACOBIANS = 26
+TABLE = 27  # places in s: of the coefficients of 3, 5, 7 stages
+MATRICES = 30  # da/dx, da/dv, then the real system, and the pairs of parts of the complex ones
+LISTS = 31  # place in d: of the blocks, four numbers each: first of the members in d, how many, place in the area, first pivot in d
+ONCE = 57  # 1 for one step a call
+HEADER = 64  # then, for each of M rows, what `jacobians` needs: row start, width of a row, column; see `xpheve.loop.jacobian_text`
 
 DONE = 0
 PAUSED = 1
@@ -66,7 +67,7 @@ NEED = 2
 WALL = 4
 BEGIN = 6  # instant at which the last step began
 ORIGIN = 8  # of the grid
-GRID = 10  # its step [s]
+GRID = 10  # its step [s]; 0 if a call makes only one, up to ``WALL``
 NEXT = 11  # step wanted [s]
 LAST = 12  # length of the last step [s]
 RTOL = 13
@@ -75,36 +76,36 @@ BEFORE = 15  # length and error of the accepted step before
 BEFORE_ERROR = 16
 THETA = 17  # how fast Newton's iteration converges, the last time
 RATE = 18  # theta / (1 - theta)
-SHORT = 19  # step at which a trial failed last [s]
 NUMBERS = 20
 
 # Places in s of vectors, as they stand in d; the last five are seven vectors each
 
-X = 28  # places
-V = 29
-X_REST = 30  # what rounding lost of them
-V_REST = 31
-A = 32  # accelerations now, and forces without potential
-W_FORCE = 33
-X_BEGIN = 34  # where the last step began
-V_BEGIN = 35
-X_STAGE = 36  # a stage
-V_STAGE = 37
-A_STAGE = 38
-W_STAGE = 39
-SCALES = 40  # tolerances of places, then of velocities, one a row
-WORK = 41  # work, then what rounding lost of it, one a row
-LEFT = 42  # right sides of linear systems
-LEFT_IM = 43
-X_ERROR = 44
-V_ERROR = 45
-P = 46  # the estimate before it is filtered
-Q = 47
-GAIN = 48  # W
-WAY = 49  # Z
-RIGHT = 50  # residuals
-STEP_GAIN = 51  # corrections
-CURVE = 52  # polynomial of what the velocity gained in the last step
+X = 32  # places
+V = 33
+X_REST = 34  # what rounding lost of them
+V_REST = 35
+A = 36  # accelerations now, and forces without potential
+W_FORCE = 37
+X_BEGIN = 38  # where the last step began
+V_BEGIN = 39
+X_STAGE = 40  # a stage
+V_STAGE = 41
+A_STAGE = 42
+W_STAGE = 43
+SCALES = 44  # tolerances of places, then of velocities, one a row
+WORK = 45  # before the last step, what rounding lost of it, and of the last step, one a row
+LEFT = 46  # right sides of linear systems
+LEFT_IM = 47
+X_ERROR = 48
+V_ERROR = 49
+P = 50  # the estimate before it is filtered
+Q = 51
+GAIN = 52  # W
+WAY = 53  # Z
+RIGHT = 54  # residuals
+STEP_GAIN = 55  # corrections
+CURVE = 56  # polynomial of what the velocity gained in the last step
+POWER = STEP_GAIN  # polynomial of the work of the last step
 
 SAFETY = 0.9
 GROWTH = 8.0
@@ -118,15 +119,12 @@ def entry(f: Buffers, n: Buffers) -> int:
     """Make steps until ``NEED`` is reached, or the budget is spent; ``WALL`` is never passed. Returns the status."""
     s = f[0]
     d = n[2]
-    spent = d[EVALUATIONS]
     d[STATUS] = DONE
-    if d[FRESH] == 1:
-        start(f, n)
+    start(f, n)
     while d[STATUS] == DONE and elapsed((s[NEED], s[NEED + 1]), (s[TIME], s[TIME + 1])) > 0.0:
-        if d[EVALUATIONS] - spent > d[BUDGET]:
+        step(f, n)
+        if d[STATUS] == DONE and (d[ONCE] == 1 or d[EVALUATIONS] >= d[BUDGET]):
             d[STATUS] = PAUSED
-        else:
-            step(f, n)
     return d[STATUS]
 
 
@@ -157,7 +155,7 @@ def tolerance(s: list[float], d: list[int]) -> float:
 
 
 def start(f: Buffers, n: Buffers) -> int:
-    """Find the acceleration where all begins, and a length of the first step.
+    """Find the acceleration now, and a length of the first step if there was none before.
 
     Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993, II.4.
     """
@@ -169,10 +167,6 @@ def start(f: Buffers, n: Buffers) -> int:
     if not finite(s, d, a):
         d[STATUS] = LOST
         return 0
-    s[BEFORE_ERROR] = 0.0
-    s[RATE] = 1.0
-    d[SINCE] = 0
-    d[TROUBLE] = 0
     if s[NEXT] > 0.0 or d[FIXED] == 1:
         return 0
     scales(s, d)
@@ -242,7 +236,7 @@ def step(f: Buffers, n: Buffers) -> int:
     d = n[2]
     now = (s[TIME], s[TIME + 1])
     wall = (s[WALL], s[WALL + 1])
-    if d[FIXED] == 1:
+    if d[FIXED] == 1 and s[GRID] > 0.0:
         wall = multiple((s[ORIGIN], s[ORIGIN + 1]), d[NUMBER] + 1, s[GRID])
     left = elapsed(wall, now)
     wanted = s[NEXT] if d[FIXED] == 0 or s[NEXT] > 0.0 else left
@@ -340,6 +334,8 @@ def take(f: Buffers, n: Buffers, h: float) -> int:
             s[v_begin + c] = s[v + c]
             s[x + c], s[x_rest + c] = two_sum(s[x + c], s[way + c] + s[x_rest + c])
             s[v + c], s[v_rest + c] = two_sum(s[v + c], s[gain + last + c] + s[v_rest + c])
+            for k in range(7):
+                s[curve + k * span + c] = 0.0
             for k in range(stages):
                 s[curve + k * span + c] = weighted(s, inverse + k * stages, gain + c, stages, span)
     forces(f, n, x, v, d[A], d[W_FORCE], s[TIME])
@@ -368,23 +364,32 @@ def weighted(s: list[float], weights: int, values: int, stages: int, span: int) 
 
 
 def book(f: Buffers, n: Buffers, h: float) -> int:
-    """Add the work of forces without potential: the sum over nodes of weight, force and velocity."""
+    """Find the work of forces without potential: the integral of the polynomial through their powers at the nodes.
+
+    Its coefficients of theta, theta^2, ... go to ``POWER``, ``k * N + i``; to the work before is added the work of the step before.
+    """
     s = f[0]
     d = n[2]
     stages, rows, moving = d[STAGES], d[ROWS], d[MOVING]
-    v, w, work, added = d[V_STAGE], d[W_STAGE], d[WORK], d[Q]
+    v, w, work, right, to, inverse = d[V_STAGE], d[W_STAGE], d[WORK], d[RIGHT], d[POWER], a_table(d) + 2 * stages * stages
     for i in range(moving):
-        s[added + i] = 0.0
+        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + 2 * rows + i] + s[work + rows + i])
     for j in range(stages):
         stage(f, n, j, h, d[A_STAGE])
-        weight = h * s[a_table(d) + (stages - 1) * stages + j]
         for i in range(moving):
-            power_of = 0.0
+            total = 0.0
             for c in range(i, i + 3 * rows, rows):
-                power_of = power_of + s[w + c] * s[v + c]
-            s[added + i] = s[added + i] + weight * power_of
+                total = total + s[w + c] * s[v + c]
+            s[right + j * rows + i] = s[table(d) + j] * total
     for i in range(moving):
-        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[added + i] + s[work + rows + i])
+        total = 0.0
+        for k in range(stages):
+            part = h * weighted(s, inverse + k * stages, right + i, stages, rows) / (k + 1.0)
+            s[to + k * rows + i] = part
+            total = total + part
+        for k in range(stages, 7):
+            s[to + k * rows + i] = 0.0
+        s[work + 2 * rows + i] = total
     return 0
 
 
@@ -555,11 +560,6 @@ def apply(s: list[float], d: list[int], h: float) -> float:
 # Linear systems ------------------------------------------------------------------------------------------------------
 
 
-def matrix_place(d: list[int], i: int, j: int) -> int:
-    """Where in a matrix the 3 x 3 derivatives of row ``i`` by row ``j`` of the same block begin; `jacobians` adds to them there."""
-    return d[HEADER + i] + d[HEADER + 2 * d[MOVING] + j]
-
-
 def differentiate(f: Buffers, n: Buffers) -> int:
     """Find da/dx and da/dv of all blocks where the step begins."""
     s = f[0]
@@ -602,6 +602,57 @@ def prepare(s: list[float], d: list[int], h: float) -> bool:
             d[LAST_ROW] = d[d[block]]
             return False
     return True
+
+
+def differences(f: Buffers, n: Buffers, x: int, v: int, jx: int, jv: int, now: float) -> int:
+    """`jacobians` by differences of the forces, for forces that have no trace: one call for each column of the largest block, or two."""
+    s = f[0]
+    d = n[2]
+    a, w = d[A_STAGE], d[W_STAGE]
+    forces(f, n, x, v, a, w, now)
+    d[EVALUATIONS] += 1
+    columns = 0
+    for b in range(d[BLOCKS]):
+        columns = max(columns, 3 * d[d[LISTS] + 4 * b + 1])
+    for column in range(columns):
+        shift(s, d, x, v, column)
+        forces(f, n, x, v, d[X_ERROR], w, now)
+        divide(s, d, x, column, jx)
+        shift(s, d, v, a, column)
+        forces(f, n, x, v, d[X_ERROR], w, now)
+        divide(s, d, v, column, jv)
+        d[EVALUATIONS] += 2
+    return 0
+
+
+def shift(s: list[float], d: list[int], x: int, v: int, column: int) -> int:
+    """Shift one component of ``x`` of a row of each block a little; ``v`` is how fast it changes. What it was is kept."""
+    for b in range(d[BLOCKS]):
+        block = d[LISTS] + 4 * b
+        if column < 3 * d[block + 1]:
+            row = d[d[block] + column // 3]
+            here = x + (column % 3) * d[ROWS] + row
+            s[d[LEFT] + b] = s[here]
+            size = max(length(s, x + row, d[ROWS]), abs(s[NEXT]) * length(s, v + row, d[ROWS]))
+            s[here] = s[here] + 1.5e-8 * (size if size < 1e300 else 1.0) + 1e-3 * s[ATOL]
+    return 0
+
+
+def divide(s: list[float], d: list[int], x: int, column: int, to: int) -> int:
+    """Undo `shift`, and add what it has done to the accelerations of its block, by its size, to the matrices at ``to``."""
+    rows, shifted, before = d[ROWS], d[X_ERROR], d[A_STAGE]
+    for b in range(d[BLOCKS]):
+        block = d[LISTS] + 4 * b
+        size = 3 * d[block + 1]
+        if column < size:
+            here = x + (column % 3) * rows + d[d[block] + column // 3]
+            way = s[here] - s[d[LEFT] + b]
+            s[here] = s[d[LEFT] + b]
+            for m in range(size):
+                at = (m % 3) * rows + d[d[block] + m // 3]
+                if way != 0.0:
+                    s[to + d[block + 2] + m * size + column] = (s[shifted + at] - s[before + at]) / way
+    return 0
 
 
 # The error -----------------------------------------------------------------------------------------------------------
