@@ -199,6 +199,10 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         rows, found = batch.state.rows, work.setdefault(label_of(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
+            running = batch.stepper.running(batch.state, world.time, slice(None))
+            if running is not None:  # less that of stored forces, which is told above
+                way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
+                found += [*running.tolist(), *(-bodies.arrays["working"][:, rows] * way).ravel().tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[twisted(batch)]

@@ -111,32 +111,17 @@ class Implicit(Smooth):
             way = (way + q[3 * k : 3 * k + 3] / (k + 2)) * theta
         return x + (span * v + span * way), v + gain
 
-    def running(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
-        """Work [J], (places), that the laws' forces without potential have done at ``t`` on the rows at ``places``, in the step under way.
-
-        That of stored forces is not in it, as it is wherever flights are booked.
-        """
-        assert isinstance(state, FlightState)
-        total = self._work_until(state, t, places)
-        rows = state.rows[places]
-        stored = bodies.arrays["working"][:, rows]
-        if stored.any():
-            way = self.curve(state, bodies, t, places)[0] - bodies.arrays["position"][:, rows]
-            total = total - (stored * way).sum(axis=0)
-        return np.where(self._written(state, bodies, places), 0.0, total)
-
-    def _work_until(self, state: FlightState, t: Instant, places: slice | Rows) -> Array:
-        """Work of all forces without potential from the beginning of the step to ``t``."""
+    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+        arrays = state.arrays
         if t == self.covered(state):
-            found: Array = state.arrays["gain"][0, places]
+            found: Array = arrays["gain"][0, places]
             return found
-        since, power, h = state.arrays["since"][:, places], state.arrays["power"][:, places], state.numbers["last"]
+        since, power, h = arrays["since"][:, places], arrays["power"][:, places], state.numbers["last"]
         total = np.zeros(power.shape[1])
-        if h == 0.0:
-            return total
-        theta = spans_since(t, since[0], since[1]) / h
-        for k in range(MOST_STAGES - 1, -1, -1):
-            total = (total + power[k]) * theta
+        if h > 0.0:
+            theta = spans_since(t, since[0], since[1]) / h
+            for k in range(MOST_STAGES - 1, -1, -1):
+                total = (total + power[k]) * theta
         return total
 
     # Steps
@@ -280,7 +265,8 @@ class Implicit(Smooth):
         rows = state.rows[places]
         rest = places[(bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1])]
         arrays = state.arrays
-        gained = self._work_until(state, t, rest)
+        gained = self.running(state, t, rest)
+        assert gained is not None
         total = arrays["work"][0, rest] + (gained + arrays["work_rest"][0, rest])
         arrays["work_rest"][0, rest] += gained - (total - arrays["work"][0, rest])
         arrays["work"][0, rest] = total
