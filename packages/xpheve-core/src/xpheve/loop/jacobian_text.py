@@ -27,12 +27,13 @@ from xpheve.trace.graph import Node, walk
 if TYPE_CHECKING:
     from xpheve.loop.motion import MotionText
     from xpheve.loop.text import PairKind
+    from xpheve.trace.law_trace import LawTrace
 
-OF = (("position", "jx"), ("velocity", "jv"))
+PLACES_OF = {"position": "jx", "velocity": "jv"}
 """What is derived by, and where that goes."""
 
 Slope = tuple[str, str, int, int, Node]
-"""Side, place, row and column of a derivative that is not zero everywhere."""
+"""Side and input, row and column of a derivative that is not zero everywhere."""
 
 
 def jacobian_text(motion: MotionText) -> str:
@@ -52,15 +53,15 @@ def is_by_hand(term: Term) -> bool:
     return any(node.op in ("kernel", "pick") for node in walk(term.trace.force or ()))
 
 
-def slopes_of(term: Term) -> list[Slope]:
-    """The derivatives of the force of ``term`` by places and velocities, but for those that are zero everywhere."""
-    if term.trace.force is None:
+def slopes_of_force(trace: LawTrace) -> list[Slope]:
+    """The derivatives of the force by places and velocities, but for those that are zero everywhere."""
+    if trace.force is None:
         return []
     found = []
-    for side in ("a", "b") if term.trace.pair else ("",):
-        for name, place in OF:
-            for r, row in enumerate(jacobian(term.trace, name, side)):
-                found += [(side, place, r, c, node) for c, node in enumerate(row) if not is_zero(node)]
+    for side in ("a", "b") if trace.pair else ("",):
+        for name in PLACES_OF:
+            for r, row in enumerate(jacobian(trace, name, side)):
+                found += [(side, name, r, c, node) for c, node in enumerate(row) if not is_zero(node)]
     return found
 
 
@@ -132,7 +133,7 @@ def _rows(motion: MotionText, number: int, terms: Sequence[Term]) -> list[str]:
                 body.append(f"{called} = {_place(motion, name, c, 'i')}")
             return called
 
-        slopes = slopes_of(term)
+        slopes = slopes_of_force(term.trace)
         if not slopes:
             continue
         outputs = [slope[-1] for slope in slopes]
@@ -148,8 +149,8 @@ def _rows(motion: MotionText, number: int, terms: Sequence[Term]) -> list[str]:
             on = f"p[q + {own + len(names)}]"
             body += [f"o{m}_{k} = {name} if {on} != 0.0 else 0.0" for k, name in enumerate(found)]
             found = [f"o{m}_{k}" for k in range(len(found))]
-        for (_, place, r, c, _), name in zip(slopes, found, strict=True):
-            sums.setdefault((place, r, c), []).append(name)
+        for (_, by, r, c, _), name in zip(slopes, found, strict=True):
+            sums.setdefault((PLACES_OF[by], r, c), []).append(name)
     for (place, r, c), parts in sorted(sums.items()):
         value = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
         body += _put([("i", "i", "im")], place, r, c, value)
@@ -171,7 +172,7 @@ def _pairs(motion: MotionText, number: int, pair: PairKind) -> list[str]:
             return names[node.value]
         return motion.leaf_of_scene(node) or variable(node.value)
 
-    slopes = slopes_of(term)
+    slopes = slopes_of_force(term.trace)
     outputs = [slope[-1] for slope in slopes]
     head = [f"k{m} = p[q + {m}]" for m in range(len(names))]
     fixed = Writer(leaf, prefix="f", starts=motion.starts)
@@ -196,9 +197,9 @@ def _pairs(motion: MotionText, number: int, pair: PairKind) -> list[str]:
     def put(row: str, column: str, sign: str) -> list[str]:
         lines = [f"im_{row} = {sign}k[{mass} * rows + {row}]", *_start(row)]
         lines.append(f"column_{column} = d[{HEADER} + 2 * moving + {column}]")
-        for (side, place, r, c, _), name in zip(slopes, found, strict=True):
+        for (side, by, r, c, _), name in zip(slopes, found, strict=True):
             if sides[side] == column:
-                lines += _put([(row, column, f"im_{row}")], place, r, c, name)
+                lines += _put([(row, column, f"im_{row}")], PLACES_OF[by], r, c, name)
         return lines
 
     act = []

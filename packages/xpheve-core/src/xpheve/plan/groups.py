@@ -11,6 +11,7 @@ from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.stiffness import is_stiff
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -221,8 +222,3 @@ def form_of(
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
     return "general"
-
-
-def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
-    """Whether forces on ``group`` decay far faster than its state changes."""
-    return False
