@@ -32,8 +32,9 @@ DRIVER = "implicit"  # of xpheve.loop.drivers
 MOST_STAGES = radau_tables.STAGES[-1]
 TOGETHER = 1000
 """Most objects of one group: their matrices are dense, 9 of 9 numbers a pair of objects, which is 650 MB here."""
-LOOSE, TIGHT = 1e-3, 1e-8
-"""Relative tolerances from which on steps begin with 3 stages, and below which with 7; 5 between. So van der Pol's oscillator is cheapest."""
+LOOSE, TIGHT = 1e-4, 1e-8
+"""Relative tolerances above which steps have 3 stages or more, and up to which 7; 5 or more between. So van der Pol's oscillator and Robertson's
+reaction cost least."""
 
 ARRAYS = {"end": 12, "curve": 3 * MOST_STAGES, "work": 1, "work_rest": 1, "gain": 1, "power": MOST_STAGES}
 """What a row keeps: place, velocity and what rounding lost of them at the end of the step under way; the coefficients of theta, theta^2, ...
@@ -177,9 +178,9 @@ class Implicit(Smooth):
         s[at.NEED : at.NEED + 2], s[at.WALL : at.WALL + 2] = need, wall
         s[at.RTOL], s[at.ATOL] = settings.rtol, settings.atol
         d[at.ONCE], d[at.FIXED] = int(once and not fixed), int(fixed)
-        d[at.LEAST], d[at.MOST] = (3, 3) if fixed else (3, MOST_STAGES)
-        if numbers["stages"] == 0.0 or fixed:
-            d[at.STAGES] = 3 if fixed or settings.rtol >= LOOSE else 5 if settings.rtol >= TIGHT else MOST_STAGES
+        least = 3 if fixed or settings.rtol > LOOSE else 5 if settings.rtol > TIGHT else MOST_STAGES
+        d[at.LEAST], d[at.MOST] = least, least if fixed else MOST_STAGES
+        d[at.STAGES] = min(max(d[at.STAGES], least), d[at.MOST])
         s[at.GRID] = 0.0
         if grid is not None:
             s[at.ORIGIN : at.ORIGIN + 2], s[at.GRID], d[at.NUMBER] = grid.origin, grid.dt, grid.number

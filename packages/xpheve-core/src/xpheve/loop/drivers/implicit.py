@@ -52,7 +52,7 @@ JACOBIANS = 26
 TABLE = 27  # places in s: of the coefficients of 3, 5, 7 stages
 MATRICES = 30  # da/dx, da/dv, then the real system, and the pairs of parts of the complex ones
 LISTS = 31  # place in d: of the blocks, four numbers each: first of the members in d, how many, place in the area, first pivot in d
-ONCE = 57  # 1 for one step a call
+ONCE = 58  # 1 for one step a call
 HEADER = 64  # then, for each of M rows, what `jacobians` needs: row start, width of a row, column; see `xpheve.loop.jacobian_text`
 
 DONE = 0
@@ -76,7 +76,10 @@ BEFORE = 15  # length and error of the accepted step before
 BEFORE_ERROR = 16
 THETA = 17  # how fast Newton's iteration converges, the last time
 RATE = 18  # theta / (1 - theta)
-NUMBERS = 20
+WANTED = 19  # length to try [s], and how far it is to where the step must end
+AHEAD = 20
+END = 21  # that instant
+NUMBERS = 23
 
 # Places in s of vectors, as they stand in d; the last five are seven vectors each
 
@@ -92,19 +95,20 @@ X_STAGE = 40  # a stage
 V_STAGE = 41
 A_STAGE = 42
 W_STAGE = 43
-SCALES = 44  # tolerances of places, then of velocities, one a row
-WORK = 45  # before the last step, what rounding lost of it, and of the last step, one a row
-LEFT = 46  # right sides of linear systems
-LEFT_IM = 47
-X_ERROR = 48
-V_ERROR = 49
-P = 50  # the estimate before it is filtered
-Q = 51
-GAIN = 52  # W
-WAY = 53  # Z
-RIGHT = 54  # residuals
-STEP_GAIN = 55  # corrections
-CURVE = 56  # polynomial of what the velocity gained in the last step
+X_SCALE = 44  # tolerances
+V_SCALE = 45
+WORK = 46  # before the last step, what rounding lost of it, and of the last step, one a row
+LEFT = 47  # right sides of linear systems
+LEFT_IM = 48
+X_ERROR = 49
+V_ERROR = 50
+P = 51  # the estimate before it is filtered
+Q = 52
+GAIN = 53  # W
+WAY = 54  # Z
+RIGHT = 55  # residuals
+STEP_GAIN = 56  # corrections
+CURVE = 57  # polynomial of what the velocity gained in the last step
 POWER = STEP_GAIN  # polynomial of the work of the last step
 
 SAFETY = 0.9
@@ -116,15 +120,38 @@ PATIENCE = 10  # steps with one number of stages before there may be more
 
 
 def entry(f: Buffers, n: Buffers) -> int:
-    """Make steps until ``NEED`` is reached, or the budget is spent; ``WALL`` is never passed. Returns the status."""
+    """Make steps until ``NEED`` is reached, or the budget is spent; ``WALL`` is never passed. Returns the status.
+
+    The length of a step is tried again, shorter, as long as its equations cannot be solved or its error is too large.
+    """
     s = f[0]
     d = n[2]
     d[STATUS] = DONE
     start(f, n)
     while d[STATUS] == DONE and elapsed((s[NEED], s[NEED + 1]), (s[TIME], s[TIME + 1])) > 0.0:
-        step(f, n)
-        if d[STATUS] == DONE and (d[ONCE] == 1 or d[EVALUATIONS] >= d[BUDGET]):
-            d[STATUS] = PAUSED
+        aim(s, d)
+        differentiate(f, n)
+        factor_by = 1.0
+        while factor_by > 0.0 and d[STATUS] == DONE:
+            h = next_trial(s, d)
+            factor_by = 0.5
+            if prepare(s, d, h):
+                guess(s, d, h)
+                factor_by = iterate(f, n, h)
+                if factor_by < 0.0 and d[FIXED] == 0:
+                    factor_by = judge(s, d, h, estimate(f, n, h), -factor_by)
+                elif factor_by > 0.0:
+                    s[RATE] = 1.0
+                    fewer(d)
+            if factor_by > 0.0:
+                d[TROUBLE] = 1
+                d[REJECTED] += 1
+                s[WANTED] = h * factor_by
+        if d[STATUS] == DONE:
+            move(s, d, h, -factor_by)
+            take(f, n, h)
+            if d[STATUS] == DONE and (d[ONCE] == 1 or d[EVALUATIONS] >= d[BUDGET]):
+                d[STATUS] = PAUSED
     return d[STATUS]
 
 
@@ -200,13 +227,14 @@ def finite(s: list[float], d: list[int], a: int) -> bool:
 
 
 def scales(s: list[float], d: list[int]) -> int:
-    """Set the scales of errors: atol + rtol times the size of a row's place, or velocity."""
+    """Set the scales of errors, component by component: atol + rtol times its size, as SciPy has it."""
     rows, relative = d[ROWS], tolerance(s, d)
     absolute = relative * s[ATOL] / s[RTOL]
-    x, v, to = d[X], d[V], d[SCALES]
+    x, v, x_to, v_to = d[X], d[V], d[X_SCALE], d[V_SCALE]
     for i in range(d[MOVING]):
-        s[to + i] = absolute + relative * length(s, x + i, rows)
-        s[to + rows + i] = absolute + relative * length(s, v + i, rows)
+        for c in range(i, i + 3 * rows, rows):
+            s[x_to + c] = absolute + relative * abs(s[x + c])
+            s[v_to + c] = absolute + relative * abs(s[v + c])
     return 0
 
 
@@ -218,80 +246,49 @@ def length(s: list[float], at_row: int, rows: int) -> float:
 
 def largest(s: list[float], d: list[int], x: int, v: int) -> float:
     """The largest of what lies at ``x`` and at ``v``, in the scales of places and of velocities; NaN counts as infinite."""
-    rows, scale, most = d[ROWS], d[SCALES], 0.0
+    rows, x_scale, v_scale, most = d[ROWS], d[X_SCALE], d[V_SCALE], 0.0
     for i in range(d[MOVING]):
-        here = max(length(s, x + i, rows) / s[scale + i], length(s, v + i, rows) / s[scale + rows + i])
-        if not here <= most:
-            d[LAST_ROW] = i
-            most = here if here == here else math.inf
+        for c in range(i, i + 3 * rows, rows):
+            here = max(abs(s[x + c]) / s[x_scale + c], abs(s[v + c]) / s[v_scale + c])
+            if not here <= most:
+                d[LAST_ROW] = i
+                most = here if here == here else math.inf
     return most
 
 
 # A step --------------------------------------------------------------------------------------------------------------
 
 
-def step(f: Buffers, n: Buffers) -> int:
-    """Make one step; its length is tried again, shorter, as long as the equations cannot be solved or the error is too large."""
-    s = f[0]
-    d = n[2]
-    now = (s[TIME], s[TIME + 1])
-    wall = (s[WALL], s[WALL + 1])
+def aim(s: list[float], d: list[int]) -> int:
+    """Find how far the step may go, and how far it is wished to."""
+    now, wall = (s[TIME], s[TIME + 1]), (s[WALL], s[WALL + 1])
     if d[FIXED] == 1 and s[GRID] > 0.0:
         wall = multiple((s[ORIGIN], s[ORIGIN + 1]), d[NUMBER] + 1, s[GRID])
-    left = elapsed(wall, now)
-    wanted = s[NEXT] if d[FIXED] == 0 or s[NEXT] > 0.0 else left
+    s[END], s[END + 1] = wall
+    s[AHEAD] = elapsed(wall, now)
+    s[WANTED] = s[NEXT] if d[FIXED] == 0 or s[NEXT] > 0.0 else s[AHEAD]
     scales(s, d)
-    differentiate(f, n)
-    while True:
-        if not wanted > SMALLEST * max(1e-300, abs(now[0])):
-            d[STATUS] = STUCK
-            return 0
-        h = left if wanted >= left * (1.0 - 1e-9) else (0.5 * left if 2.0 * wanted > left else wanted)
-        factor_by = trial(f, n, h)
-        if factor_by < 0.0:  # taken
-            break
-        d[TROUBLE] = 1
-        d[REJECTED] += 1
-        wanted = h * factor_by
-    s[BEGIN], s[BEGIN + 1] = now
-    s[LAST] = h
-    if h == left:
-        s[TIME], s[TIME + 1] = wall
-        if d[FIXED] == 1:
-            d[NUMBER] += 1
-            s[NEXT] = 0.0
-        else:
-            s[NEXT] = max(-factor_by * h, wanted)
-    else:
-        s[TIME], s[TIME + 1] = later(now, h)
-        s[NEXT] = h if d[FIXED] == 1 else max(-factor_by * h, wanted if h < wanted else 0.0)
-    return take(f, n, h)
+    return 0
 
 
-def trial(f: Buffers, n: Buffers, h: float) -> float:
-    """Try a step ``h``: by which factor the next trial's should be; negative, for the next step's, if this one may be taken."""
-    s = f[0]
-    d = n[2]
-    if not prepare(s, d, h):
-        return 0.5
-    guess(s, d, h)
-    by = iterate(f, n, h)
-    if by > 0.0:
-        s[RATE] = 1.0
-        fewer(d)
-        return by
-    if d[FIXED] == 1:
-        return -1.0
-    error = estimate(f, n, h)
+def next_trial(s: list[float], d: list[int]) -> float:
+    """The length to try: what is wanted, or all that is left, or half of it, so that no crumb remains."""
+    wanted, ahead = s[WANTED], s[AHEAD]
+    if not wanted > SMALLEST * max(1e-300, abs(s[TIME])):
+        d[STATUS] = STUCK
+    if wanted >= ahead * (1.0 - 1e-9):
+        return ahead
+    return 0.5 * ahead if 2.0 * wanted > ahead else wanted
+
+
+def judge(s: list[float], d: list[int], h: float, error: float, iterations: float) -> float:
+    """By which factor the step is to be tried again; negative, for the next step's length, if it may be taken."""
     stages = d[STAGES]
     room = 2.0 * limit_of(stages)
-    safe = min(SAFETY, SAFETY * (1.0 + room) / (-by + room))
-    shape = power(error, 1.0 / (stages + 1.0)) / safe
-    ratio = max(1.0 / GROWTH, min(1.0 / SHRINKAGE, shape))
+    safe = min(SAFETY, SAFETY * (1.0 + room) / (iterations + room))
+    ratio = max(1.0 / GROWTH, min(1.0 / SHRINKAGE, power(error, 1.0 / (stages + 1.0)) / safe))
     if not error < 1.0:
-        if d[FRESH] == 1:
-            return 0.1
-        return min(SAFETY, 1.0 / ratio)
+        return 0.1 if d[FRESH] == 1 else min(SAFETY, 1.0 / ratio)
     if s[BEFORE_ERROR] > 0.0:
         predicted = s[BEFORE] / h * power(error * error / s[BEFORE_ERROR], 1.0 / (stages + 1.0)) / SAFETY
         ratio = max(ratio, max(1.0 / GROWTH, min(1.0 / SHRINKAGE, predicted)))
@@ -300,6 +297,29 @@ def trial(f: Buffers, n: Buffers, h: float) -> float:
     s[BEFORE] = h
     s[BEFORE_ERROR] = max(0.01, error)
     return -1.0 / ratio
+
+
+def move(s: list[float], d: list[int], h: float, growth: float) -> int:
+    """Set the clock to the end of the step ``h``, and the length of the next to ``growth`` times that.
+
+    A step that a wall cut short says too little of the next to make that shorter, too.
+    """
+    now = (s[TIME], s[TIME + 1])
+    s[BEGIN], s[BEGIN + 1] = now
+    s[LAST] = h
+    ends = h == s[AHEAD]
+    if ends:
+        s[TIME], s[TIME + 1] = s[END], s[END + 1]
+    else:
+        s[TIME], s[TIME + 1] = later(now, h)
+    if d[FIXED] == 0:
+        s[NEXT] = max(growth * h, s[WANTED] if h < s[WANTED] else 0.0)
+    elif ends:
+        s[NEXT] = 0.0
+        d[NUMBER] += 1
+    else:
+        s[NEXT] = h
+    return 0
 
 
 def limit_of(stages: int) -> float:
@@ -541,15 +561,15 @@ def spread(s: list[float], d: list[int], block: int, weights: int, by: int, mu: 
 def apply(s: list[float], d: list[int], h: float) -> float:
     """Correct what the velocities gain; the size of the correction, of places too, in the scales: the largest of all rows."""
     stages, rows, span = d[STAGES], d[ROWS], 3 * d[ROWS]
-    gain, put, scale, m, most = d[GAIN], d[STEP_GAIN], d[SCALES], a_table(d), 0.0
+    gain, put, x_scale, v_scale, m, most = d[GAIN], d[STEP_GAIN], d[X_SCALE], d[V_SCALE], a_table(d), 0.0
     for i in range(d[MOVING]):
         total = 0.0
         for j in range(stages):
             for c in range(i, i + span, rows):
                 more = s[put + j * span + c]
                 s[gain + j * span + c] = s[gain + j * span + c] + more
-                way = h * weighted(s, m + j * stages, put + c, stages, span) / s[scale + i]
-                more = more / s[scale + rows + i]
+                way = h * weighted(s, m + j * stages, put + c, stages, span) / s[x_scale + c]
+                more = more / s[v_scale + c]
                 total = total + more * more + way * way
         if not total <= most:
             d[LAST_ROW] = i
