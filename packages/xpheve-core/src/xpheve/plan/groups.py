@@ -12,6 +12,7 @@ from xpheve.laws import ContinuousLaw, FlowLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.stiffness import is_stiff
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -231,8 +232,3 @@ def form_of(
     if is_linear(world, group, laws):
         return "linear"
     return "general"
-
-
-def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
-    """Whether forces on ``group`` decay far faster than its state changes."""
-    return False
