@@ -59,12 +59,11 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
 def _calls(world: World, batch: Batch, sources: BatchSources) -> str:
     """Whether many steps are made in one call, and if not, why not."""
     objects = [world.bodies.objects[row] for row in batch.state.rows.tolist()]
-    contacts = world.contacts
     if len(sources.hands):
         why = "objects that the host carries act on it"
     elif world.wakeups.tracker.follows_any(objects):
         why = "a condition follows its motion"
-    elif contacts is not None and any(contacts.concerns(obj) for obj in objects):
+    elif batch.signature.contacts:
         why = "contacts of its objects are looked for"
     elif world.host_step_listeners():
         why = "somebody is called at host steps"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
+from xpheve.plan.contacts_wanted import wants_parabolas
 from xpheve.plan.driven import immovable
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
@@ -143,4 +144,4 @@ def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
     laws = {law.label() for obj in group for law in world.continuous_laws(obj)}
     kinds = {torque_of(world, obj) for obj in group}
     torque = "general" if "general" in kinds else "principal" if "principal" in kinds else "none"
-    return Signature(tuple(sorted(laws)), torque, len(group) > 1)
+    return Signature(tuple(sorted(laws)), torque, len(group) > 1, contacts=wants_parabolas(world, group))

@@ -93,7 +93,7 @@ def _restart_batch(world: World, batch: Batch) -> None:
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
     """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-    if world.settings.dt is None or world.grid is None or len(sources.hands) or _is_heard(world, batch):
+    if world.settings.dt is None or world.grid is None or len(sources.hands) or is_heard(world, batch):
         return 1
     from xpheve.plan.tiers import cost_of_step
 
@@ -121,11 +121,12 @@ def number_at(world: World, t: Instant) -> int:
     return next((k for k in (guess, guess - 1, guess + 1) if k >= 0 and multiple(origin, k, dt) == t), -1)
 
 
-def _is_heard(world: World, batch: Batch) -> bool:
+def is_heard(world: World, batch: Batch) -> bool:
     """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
     objects = world.bodies.objects
-    rows = batch.state.rows.tolist()
-    if world.wakeups.tracker.follows_any(objects[row] for row in rows):
-        return True
-    contacts = world.contacts
-    return contacts is not None and any(contacts.concerns(objects[row]) for row in rows)
+    return batch.signature.contacts or world.wakeups.tracker.follows_any(objects[row] for row in batch.state.rows)
+
+
+def near_need(world: World, batch: Batch, begin: Instant, need: Instant) -> Instant:
+    """``need``; of a batch whose flights are followed, just beyond ``begin``, so that each of its steps is seen."""
+    return (begin[0], math.nextafter(begin[1], math.inf)) if is_heard(world, batch) else need

@@ -11,7 +11,7 @@ from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
-from xpheve.plan import loops
+from xpheve.plan import contacts_wanted, loops
 from xpheve.plan.driven import dependents, immovable
 from xpheve.plan.world import World
 
@@ -224,8 +224,10 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
     elif isinstance(law, ResponseLaw) or any(
         c.condition is not None and c.condition.served_by == "contacts" for c in law.containers
     ):
+        # Who leaves its batch is predicted anew when it is planned.
+        marked = contacts_wanted.mark_changed(world, objects) if world.contacts is not None else set()
         with world.instant() as transaction:
-            transaction.refresh.update(objects)
+            transaction.refresh.update(obj for obj in objects if obj not in marked)
 
 
 def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) -> None:

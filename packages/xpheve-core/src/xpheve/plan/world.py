@@ -21,7 +21,7 @@ from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
-from xpheve.plan import books, loops
+from xpheve.plan import books, contacts_wanted, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
@@ -90,6 +90,8 @@ class World:
         self.dirty = True
         self.structure = 0
         """Goes up when laws, containers or mapping change."""
+        self._contacts_seen = -1
+        """The structure when it was last asked whose contacts are looked for."""
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
@@ -356,6 +358,7 @@ class World:
             grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
+            need = loops.near_need(self, batch, begin, need)
             stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
         books.after_step(self, batch, before)
         self.time = max(self.time, begin)
@@ -457,6 +460,9 @@ class World:
 
     def plan(self) -> None:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
+        if self.contacts is not None and self.structure != self._contacts_seen:
+            self._contacts_seen = self.structure
+            contacts_wanted.mark_changed(self)
         if self.dirty:
             self._plan_motion()
         self.wakeups.plan()

@@ -28,13 +28,15 @@ class Signature:
 
     ``laws`` are the ids of the laws evaluated along the way (stored forces are none of them); ``torque`` says how the stored torques act:
     ``"none"``, ``"principal"`` (about a principal axis about which the body spins) or ``"general"``; ``size`` is how many objects the group joins,
-    at most 2 told apart from more. ``driven`` objects move as the host says: core serves them itself.
+    at most 2 told apart from more. ``driven`` objects move as the host says: core serves them itself. ``contacts`` are looked for: only flights
+    along parabolas will do.
     """
 
     laws: tuple[str, ...]
     torque: str
     coupled: bool = False
     driven: bool = False
+    contacts: bool = False
 
 
 class Offer(NamedTuple):
@@ -52,7 +54,11 @@ class Refusal(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``."""
+    """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``.
+
+    ``curved`` says that it is so at ``t0`` only: who follows the flight reads it from its stepper, at any time from ``t0`` to ``t1``. One
+    without end is one smooth formula.
+    """
 
     t0: Instant
     t1: Instant
@@ -60,6 +66,7 @@ class Flight(NamedTuple):
     velocity: Vec
     acceleration: Vec
     error: float
+    curved: bool = False
 
 
 class Stop(NamedTuple):
@@ -219,9 +226,9 @@ class Stepper(ABC):
         settings: Settings,
         sources: Sources | None,
     ) -> Stop:
-        """Make one more step of the stepper's own if the batch is not known until ``need``.
+        """Make one more step of the stepper's own if the batch is not known until ``need``; more, if that is far.
 
-        ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step or jump of a force, is never passed.
+        Where somebody follows the flights, each step of them, ``need`` is just beyond what is known. ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step or jump of a force, is never passed.
         """
 
     def stride(

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from xpheve.plan.wakeups.watches import FIRST
+from xpheve.plan.wakeups.motion import FIRST
 
 Array = NDArray[np.float64]
 State = tuple[float, Any]
@@ -25,7 +25,7 @@ NOTHING = 1e-15  # of the largest value: rounding, not a sign
 NEAR_REAL = (
     1e-3  # imaginary parts up to here may belong to a pair of zeros close together; a split too many does no harm
 )
-SHORTEST = 2.0**-30  # of the flight, or of `FIRST`: windows that halved without end would never come past a pole
+SHORTEST = 2.0**-30  # of the flight, of its pace, or of `FIRST`: windows that halved without end would never come past a pole
 FEWEST = (
     64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
 )
@@ -37,15 +37,20 @@ TO_COEFFICIENTS[0] *= (
 
 
 def window(
-    f: Callable[[Array], Array], at: Callable[[float], float], start: float, wish: float, end: float
+    f: Callable[[Array], Array],
+    at: Callable[[float], float],
+    start: float,
+    wish: float,
+    end: float,
+    scale: float = FIRST,
 ) -> tuple[float, float, list[State]]:
     """A window [start, stop] in which ``f`` is resolved: stop, the length to wish for next, and from when which sign holds.
 
     ``f`` takes many times, ``at`` is the same for one. The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they
-    depend on ``f``, ``start``, ``wish`` and ``end`` only.
+    depend on ``f``, ``start``, ``wish``, ``end`` and ``scale`` only, the time [s] in which what moves may be far elsewhere.
     """
     length = min(wish, end - start)
-    shortest = max(SHORTEST * min(FIRST, end), FEWEST * math.ulp(start + length))
+    shortest = max(SHORTEST * min(FIRST, scale, end), FEWEST * math.ulp(start + length))
     while True:
         values = f(start + 0.5 * length * (NODES + 1.0))
         coefficients: Array = TO_COEFFICIENTS @ values
