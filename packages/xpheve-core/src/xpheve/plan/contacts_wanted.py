@@ -45,7 +45,7 @@ def mark_changed(world: World, objects: Iterable[PhysicalObject] | None = None) 
     """Have those of ``objects``, by default of all, planned anew whose stepper was chosen when that was otherwise; returns them."""
     bodies = world.bodies
     if objects is None:
-        batches = [one for one in world.batches if one.signature.laws or one.signature.torque == "general"]
+        batches = [one for one in world.batches if one.signature.evaluated]
         objects = [bodies.objects[row] for one in batches for row in one.state.rows.tolist()]
     marked: set[PhysicalObject] = set()
     done: set[PhysicalObject] = set()

@@ -125,8 +125,3 @@ def is_heard(world: World, batch: Batch) -> bool:
     """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
     objects = world.bodies.objects
     return batch.signature.contacts or world.wakeups.tracker.follows_any(objects[row] for row in batch.state.rows)
-
-
-def near_need(world: World, batch: Batch, begin: Instant, need: Instant) -> Instant:
-    """``need``; of a batch whose flights are followed, just beyond ``begin``, so that each of its steps is seen."""
-    return (begin[0], math.nextafter(begin[1], math.inf)) if is_heard(world, batch) else need
