@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw
+from xpheve.plan import loops
 from xpheve.plan.hand_kernels import is_by_hand
 
 if TYPE_CHECKING:
@@ -61,6 +62,10 @@ def _calls(world: World, batch: Batch, sources: BatchSources) -> str:
     objects = [world.bodies.objects[row] for row in batch.state.rows.tolist()]
     if len(sources.hands):
         why = "objects that the host carries act on it"
+    elif not loops.stands_still(world, batch):
+        why = "what acts on it is known one step at a time"
+    elif world.is_source(batch):
+        why = "it acts on objects that move after it"
     elif world.wakeups.tracker.follows_any(objects):
         why = "a condition follows its motion"
     elif batch.signature.contacts:

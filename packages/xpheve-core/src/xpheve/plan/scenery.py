@@ -13,6 +13,7 @@ from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.plan import contacts_wanted, loops
 from xpheve.plan.driven import dependents, immovable
+from xpheve.plan.groups import targets_of
 from xpheve.plan.world import World
 
 
@@ -130,6 +131,7 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     group = [other for other in world.groups.get(obj, []) if other is not obj]
     if immovable(obj):
         group = dependents(world, obj)
+    group += [other for other in targets_of(world, obj) if other not in group]
     laws = list(world.mapping.laws(obj))
     _tell_mapped(world, when.ObjectRemoved, [obj], laws)
     for law in laws:
@@ -219,7 +221,12 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
     world.structure += 1
     if isinstance(law, ContinuousLaw) and not law.containers:
         for obj in objects:
-            world.mark(obj)
+            if not isinstance(law, PairLaw) or law.moves(obj):
+                world.mark(obj)
+            else:  # what it acts on is moved otherwise from now on, and nothing else
+                for other in law.between[1] if law.between is not None else ():
+                    if other in world.mapping.objects(law) and not other.fixed:
+                        world.mark(other)
         _forget_sources(world, law)
     elif isinstance(law, ResponseLaw) or any(
         c.condition is not None and c.condition.served_by == "contacts" for c in law.containers

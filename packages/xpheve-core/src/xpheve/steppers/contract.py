@@ -55,6 +55,9 @@ class Signature:
         Whether contacts are looked for, by parabolas: what moves on other curves cannot serve then.
     wish
         The id of the stepper that the user asked for; empty for none.
+    level
+        How many groups stand before the group in the order of dependence, at most: sources of one-sided laws are moved on before what they
+        act on. 0 if nothing that moves acts on it so.
     """
 
     laws: tuple[str, ...]
@@ -70,6 +73,7 @@ class Signature:
     fixed_step: bool = True
     contacts: bool = False
     wish: str = ""
+    level: int = 0
 
     @property
     def evaluated(self) -> bool:
