@@ -74,7 +74,7 @@ def twist_label(batch: Batch) -> str:
 def label_of(batch: Batch) -> str:
     """Under what name the work of forces along the way on ``batch`` is booked."""
     labels = [law.label() for law in batch.laws if not law.defines("potential")]
-    return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
+    return " + ".join([*labels, *batch.lent]) or "laws"
 
 
 class Snapshot:
@@ -161,8 +161,10 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
 
 
 def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None) -> PairSet:
-    """The pairs that ``law`` acts on and that are no driven object's, or those of ``only``."""
+    """The pairs that ``law`` acts on and that are no driven object's, nor a moving source's, or those of ``only``."""
     free = [obj for obj in members if not obj._driven]
+    if law.one_sided:
+        free = [obj for obj in free if obj._fixed or law.side_of(obj) == 2]
     if only is None:
         return PairSet(law, free, [obj._fixed for obj in free])
     if only._fixed:

@@ -57,6 +57,9 @@ class Signature:
         The ids of those laws that are exact flows of their own.
     wish
         The id of the stepper that the user asked for; empty for none.
+    level
+        How many groups stand before the group in the order of dependence, at most: sources of one-sided laws are moved on before what they
+        act on. 0 if nothing that moves acts on it so.
     """
 
     laws: tuple[str, ...]
@@ -73,6 +76,7 @@ class Signature:
     contacts: bool = False
     wish: str = ""
     flows: tuple[str, ...] = ()
+    level: int = 0
 
     @property
     def evaluated(self) -> bool:
@@ -97,7 +101,8 @@ class Refusal(NamedTuple):
 class Flight(NamedTuple):
     """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``.
 
-    If it is ``curved``, that only touches the true path at ``t0``.
+    ``curved`` says that it is so at ``t0`` only: who follows the flight reads it from its stepper, at any time from ``t0`` to ``t1``. One
+    without end is one smooth formula.
     """
 
     t0: Instant
