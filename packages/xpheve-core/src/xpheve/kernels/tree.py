@@ -530,7 +530,7 @@ def share_of(error: float) -> float:
 
     Measured: the percentile goes about as the power 0.57 of the share, for Plummer spheres, uniform cubes and charges of both signs.
     """
-    return SHARE * error**1.75
+    return SHARE * math.pow(error, 1.75)
 
 
 def sampled(m: int, count: int) -> int:
