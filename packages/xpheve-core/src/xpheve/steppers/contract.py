@@ -20,6 +20,7 @@ from xpheve.kernels.clock import NEVER, Instant, multiple
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Vec = tuple[float, float, float]
+STATE_NAMES = ("position", "velocity", "orientation", "angular_velocity")
 
 
 @dataclass(frozen=True)
@@ -233,6 +234,8 @@ class Stepper(ABC):
     books_work: ClassVar[bool] = False
     """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
     on each row over the flights that are over."""
+    limit: ClassVar[float] = 2.0
+    """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
