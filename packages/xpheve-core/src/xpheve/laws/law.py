@@ -337,6 +337,11 @@ class PairLaw(ContinuousLaw):
     ``cutoff = Param(2.5, unit="m", gt=0)``; None is as infinite. The potential must come to 0 there, so subtract its value at the
     cutoff: else energy jumps by that value whenever a pair passes the cutoff."""
 
+    error: Any = 0.0
+    """Relative error, of each body's whole force by the law, that sums over many bodies may have: the 99th percentile of the bodies; a
+    number, a property, or ``error = Param(0.0, unit="1", ge=0, le=0.1)``. 0: sums are exact to rounding. Laws that fall with the square of
+    the distance are then summed by a tree where that is faster."""
+
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         found = inspect.getattr_static(cls, "cutoff")
@@ -426,6 +431,19 @@ class PairLaw(ContinuousLaw):
     def reach(self) -> float:
         """The cutoff [m] as it is now, infinite if there is none; raises `LawDefinitionError` if it is no length above 0."""
         return _length(self.cutoff, self.label())
+
+    def allowed_error(self) -> float:
+        """The relative error that sums may have, as it is now; raises `LawDefinitionError` if it is not from 0 to 0.1."""
+        try:
+            found = math.nan if isinstance(self.error, (bool, str)) else float(self.error)
+        except (TypeError, ValueError):
+            found = math.nan
+        if not 0.0 <= found <= 0.1:
+            raise LawDefinitionError(
+                f"{self.label()}.error = {self.error!r}: a relative error from 0, for exact sums, to 0.1 is needed; of a parameter: "
+                'error = Param(0.0, unit="1", ge=0, le=0.1)'
+            )
+        return found
 
     @silent
     def force(self, a: BodyView, b: BodyView) -> Any:
