@@ -34,6 +34,8 @@ class PhysicsEngine(Running, Handles, Objects):
     compile
         ``"auto"``: loops over many objects or pairs are compiled, small ones are not; by the scene alone, never by a clock or a cache.
         ``"always"``, or ``"never"``.
+    stepper
+        The id of a stepper that is to serve all groups that it can, such as ``"core:symplectic8"``; by default the plan chooses.
 
     Raises
     ------
@@ -50,6 +52,7 @@ class PhysicsEngine(Running, Handles, Objects):
         disable: Sequence[str] = (),
         on_law_error: str = "raise",
         compile: str = "auto",
+        stepper: str = "",
     ) -> None:
         if up not in ("x", "y", "z"):
             raise InvalidValueError(f"up = {up!r}: choose 'x', 'y' or 'z'")
@@ -68,6 +71,7 @@ class PhysicsEngine(Running, Handles, Objects):
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers))
         self._world.wish_compiled(compile)
+        self._world.wish_stepper(stepper)
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 
@@ -85,11 +89,11 @@ class PhysicsEngine(Running, Handles, Objects):
         world.on_law_error = self._on_law_error
         world.stopped = self._halted  # type: ignore[method-assign]
 
-    def _all_steppers(self) -> list[Stepper]:
-        from xpheve.steppers.ballistic import Ballistic
-        from xpheve.steppers.midpoint import Midpoint
+    def _all_steppers(self, along: bool = True) -> list[Stepper]:
+        """Core's steppers and those of packs; without ``along`` not those that only serve laws evaluated along the way."""
+        from xpheve.steppers.core import core_steppers
 
-        return [Ballistic(), Midpoint(), *(found() for found in self.registry.steppers().values())]
+        return [*core_steppers(along), *(found() for found in self.registry.steppers().values())]
 
     def _now(self) -> Any:
         """What `bodies` depends on."""

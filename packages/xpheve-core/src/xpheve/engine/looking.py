@@ -61,6 +61,15 @@ class Looking(Control):
         self._world.wish_compiled(wish)
 
     @property
+    def stepper(self) -> str:
+        """The id of the stepper that is to serve all groups that it can; empty if the plan chooses. Set anew, it holds from now on."""
+        return self._world.wish
+
+    @stepper.setter
+    def stepper(self, wish: str) -> None:
+        self._world.wish_stepper(wish)
+
+    @property
     def state(self) -> str:
         """``"ready"``, ``"running"``, ``"suspended"``, ``"failed"`` or ``"terminated"``."""
         return self._state

@@ -128,6 +128,7 @@ class Running(Saving):
     def _begin(self, settings: Settings) -> None:
         """What happens once before time passes."""
         world = self._world
+        world.set_out(settings)
         if not self._started:
             try:
                 world.plan()
@@ -138,7 +139,6 @@ class Running(Saving):
             self._authored = self._save()
             self._started = True
             world.tell(when.Started, lambda container, condition: True, Event(self.time, objects=()))
-        world.settings = settings
         if settings.dt is not None and (world.grid is None or world.grid[1] != settings.dt):
             world.grid = (world.time, settings.dt, -1)
 

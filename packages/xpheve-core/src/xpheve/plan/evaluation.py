@@ -366,6 +366,7 @@ class BatchSources:
             if law.defines("torque"):
                 self.twists |= mask
         self._program: Any = None
+        self._motion: Any = None
         self.why_alone = ""
         """Why there is no program: what must be evaluated law by law."""
 
@@ -460,6 +461,17 @@ class BatchSources:
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
 
+    @property
+    def motion(self) -> Any:
+        """The `xpheve.plan.motions.Motion` of the batch, made when first asked for; None if laws must be evaluated one by one."""
+        if self.held is None:
+            return None
+        if self._motion is None or not self._motion.fits():
+            from xpheve.plan.motions import Motion
+
+            self._motion = Motion(self)
+        return self._motion
+
     def _try_kernels(self) -> None:
         """Call kernels written by hand once, for their errors: before anything moves."""
         world = self.world
@@ -483,6 +495,8 @@ class BatchSources:
         self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
             self._program.forget_parameters()
+        if self._motion is not None:
+            self._motion.forget()
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""

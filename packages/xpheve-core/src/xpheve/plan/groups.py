@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan.driven import immovable
+from xpheve.plan.hand_kernels import formula_of
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ class Batch:
 
 
 def choose(signature: Signature, steppers: Iterable[Stepper]) -> Choice:
-    """The cheapest exact offer, else the cheapest of the highest order.
+    """The stepper that was asked for, if it offers; else the cheapest exact offer, else the cheapest of the highest order.
 
     Raises
     ------
@@ -68,14 +70,20 @@ def choose(signature: Signature, steppers: Iterable[Stepper]) -> Choice:
         steppers = [Driven()]
     offers: dict[str, Offer] = {}
     refusals: dict[str, str] = {}
-    best: tuple[tuple[bool, float, float, str], Stepper] | None = None
+    best: tuple[tuple[bool, bool, float, float, str], Stepper] | None = None
     for stepper in sorted(steppers, key=lambda one: one.id):
         answer = stepper.offer(signature)
         if isinstance(answer, Refusal):
             refusals[stepper.id] = answer.reason
             continue
         offers[stepper.id] = answer
-        key = (not answer.exact, answer.cost if answer.exact else -answer.order, answer.cost, stepper.id)
+        key = (
+            stepper.id != signature.wish,
+            not answer.exact,
+            answer.cost if answer.exact else -answer.order,
+            answer.cost,
+            stepper.id,
+        )
         if best is None or key < best[0]:
             best = (key, stepper)
     if best is None:
@@ -140,7 +148,81 @@ def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
     """What the laws and torques of ``group`` ask of a stepper."""
     if group[0]._driven:
         return Signature((), "none", driven=True)
-    laws = {law.label() for obj in group for law in world.continuous_laws(obj)}
+    laws = {law: None for obj in group for law in world.continuous_laws(obj)}
+    labels = tuple(sorted({law.label() for law in laws}))
     kinds = {torque_of(world, obj) for obj in group}
     torque = "general" if "general" in kinds else "principal" if "principal" in kinds else "none"
-    return Signature(tuple(sorted(laws)), torque, len(group) > 1)
+    found = Signature(labels, torque, len(group) > 1)
+    if not found.evaluated:
+        return found
+    ordered = [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
+    facts = facts_of(world, tuple(ordered))
+    fixed = world.settings.dt is not None
+    heard = contacts_concern(world, group)
+    form = form_of(world, group, laws, torque, heard)
+    stiff = form == "general" and not fixed and not heard and facts.traced and bool(laws) and is_stiff(world, group)
+    return Signature(
+        labels,
+        torque,
+        len(group) > 1,
+        form=form,
+        reads=facts.reads,
+        conservative=facts.conservative,
+        traced=facts.traced and not moved_by_hand(world, laws),
+        near=facts.near,
+        stiff=stiff,
+        fixed_step=fixed,
+        contacts=heard,
+        wish=world.wish,
+    )
+
+
+class Facts(NamedTuple):
+    """What a set of laws has in common; see `Signature`."""
+
+    reads: tuple[str, ...]
+    conservative: bool
+    traced: bool
+    near: bool
+
+
+def facts_of(world: World, laws: tuple[ContinuousLaw, ...]) -> Facts:
+    """What ``laws`` read and need, found once for each set of traces."""
+    traces = tuple(formula_of(law) for law in laws)
+    reaches = tuple(isinstance(law, PairLaw) and math.isfinite(law.reach()) for law in laws)
+    potentials = tuple(law.defines("potential") for law in laws)
+    key = (traces if None not in traces else laws, reaches, potentials)
+    found = world.facts.get(key)
+    if found is None:
+        reads = frozenset[str]().union(*(trace.reads for trace in traces if trace is not None))
+        traced = None not in traces and not any(
+            isinstance(law, PairLaw) and "since" in trace.reads
+            for law, trace in zip(laws, traces, strict=True)
+            if trace is not None
+        )
+        still = traced and not reads & {"velocity", "angular_velocity", "time", "since"}
+        found = world.facts[key] = Facts(tuple(sorted(reads)), still and all(potentials), traced, any(reaches))
+    return found
+
+
+def moved_by_hand(world: World, laws: Iterable[ContinuousLaw]) -> bool:
+    """Whether driven objects act through one of ``laws`` between two objects."""
+    return any(obj._driven for law in laws if isinstance(law, PairLaw) for obj in world.mapping.objects(law))
+
+
+def contacts_concern(world: World, group: Sequence[PhysicalObject]) -> bool:
+    """Whether contacts of some of ``group`` are looked for."""
+    contacts = world.contacts
+    return contacts is not None and any(contacts.concerns(obj) for obj in group)
+
+
+def form_of(
+    world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
+) -> str:
+    """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
+    return "general"
+
+
+def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
+    """Whether forces on ``group`` decay far faster than its state changes."""
+    return False

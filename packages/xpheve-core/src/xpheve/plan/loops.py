@@ -93,7 +93,7 @@ def _restart_batch(world: World, batch: Batch) -> None:
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
     """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-    if world.settings.dt is None or world.grid is None or len(sources.hands) or _is_heard(world, batch):
+    if world.settings.dt is None or world.grid is None or len(sources.hands) or is_heard(world, batch):
         return 1
     from xpheve.plan.tiers import cost_of_step
 
@@ -121,7 +121,7 @@ def number_at(world: World, t: Instant) -> int:
     return next((k for k in (guess, guess - 1, guess + 1) if k >= 0 and multiple(origin, k, dt) == t), -1)
 
 
-def _is_heard(world: World, batch: Batch) -> bool:
+def is_heard(world: World, batch: Batch) -> bool:
     """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
     objects = world.bodies.objects
     rows = batch.state.rows.tolist()

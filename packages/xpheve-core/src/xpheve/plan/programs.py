@@ -219,17 +219,23 @@ class BatchProgram:
             numbers[at : at + len(value), :moving] = value
 
     def _put_column(self, numbers: Array, name: str, rows: Rows | slice) -> None:
-        at, bodies = self.program.loop.slots.first[slot_of(name)], self.world.bodies
+        at = self.program.loop.slots.first[slot_of(name)]
+        values = self.column(name, rows, self.program.loop.ages)
+        numbers[at : at + len(values)] = values
+
+    def column(self, name: str, rows: Rows | slice, ages: int) -> Array:
+        """What laws call ``name`` of ``rows``, which are all rows of the program, (width, rows); of "since", ``ages`` times."""
+        bodies = self.world.bodies
+        found: Array
         if name == "mass" or name in WIDTHS:
-            values = bodies.arrays[name][:, rows]
-            numbers[at : at + len(values)] = values
+            found = bodies.arrays[name][:, rows]
         elif name in bodies.columns:
-            numbers[at] = bodies.columns[name][rows]
+            found = bodies.columns[name][rows][None]
         elif name == "volume":
-            numbers[at] = self.world.evaluator.volumes(self._everyone)
+            found = self.world.evaluator.volumes(self._everyone)[None]
         else:
-            ages = self.program.loop.ages
-            numbers[at : at + ages] = self._since(self._everyone, ages)
+            found = self._since(self._everyone, ages)
+        return found
 
     def _since(self, rows: Rows, ages: int) -> Array:
         """When [s] each row came under the laws of its segment that read it, one after another; shape (ages, rows)."""

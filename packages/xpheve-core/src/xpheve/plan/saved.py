@@ -137,6 +137,7 @@ def save(world: World, started: bool) -> Saved:
         "work": dict(world.work),
         "settings": dataclasses.asdict(world.settings),
         "compile": world.compile,
+        "stepper": world.wish,
         "tiers": [[dataclasses.astuple(signature), tier] for signature, tier in world.tiers.items()],
         "dirty": world.dirty,
         "unplanned": [obj.serial for obj in world.unplanned],
@@ -279,6 +280,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
     reader.points_of(saved.header["wakeups"]["points"], engine)
     _build(engine, saved.header, saved.arrays, saved.objects, saved.laws, saved.containers, reader)
     engine._world.wish_compiled(world.compile)
+    engine._world.wish_stepper(world.wish)
 
 
 def revive(
@@ -469,6 +471,7 @@ def _build(
     world.posts, world.events, world.work = header["posts"], header["events"], dict(header["work"])
     world.settings = type(world.settings)(**header["settings"])
     world.compile = header["compile"]
+    world.wish = header.get("stepper", "")
     world.tiers = {_signature(entry): tier for entry, tier in header["tiers"]}
     _build_laws(engine, world, header, laws, containers)
     _build_bodies(engine, world, header, arrays, objects)
@@ -574,8 +577,8 @@ def _build_mapping(
 
 
 def _signature(entry: Sequence[Any]) -> Signature:
-    laws, *rest = entry
-    return Signature(tuple(laws), *rest)
+    values: list[Any] = [tuple(one) if isinstance(one, list) else one for one in entry]
+    return Signature(*values)
 
 
 def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) -> None:
@@ -583,7 +586,7 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         signature = _signature(signature)
         choice = world.choices.get(signature)
         if choice is None:
-            choice = world.choices[signature] = choose(signature, world._steppers())
+            choice = world.choices[signature] = choose(signature, world._steppers(signature.evaluated))
         if choice.stepper.id != ident:
             raise RecordError(
                 f"the checkpoint was made with the stepper {ident}, which is not at hand: install its pack"

@@ -24,7 +24,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan import books, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
-from xpheve.plan.groups import Batch, Choice, choose, find_group, signature_of, torque_of
+from xpheve.plan.groups import Batch, Choice, Facts, choose, find_group, signature_of, torque_of
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
@@ -47,7 +47,7 @@ BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats
 class World:
     """Everything an engine holds between two calls."""
 
-    def __init__(self, up: str, seed: int, steppers: Callable[[], Iterable[Stepper]]) -> None:
+    def __init__(self, up: str, seed: int, steppers: Callable[[bool], Iterable[Stepper]]) -> None:
         self.up = up
         self.seed = seed
         self.time: Instant = ZERO
@@ -96,6 +96,10 @@ class World:
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
         self.compile = "auto"
+        self.wish = ""
+        """The id of the stepper that the user asked for, where it offers."""
+        self.facts: dict[Any, Facts] = {}
+        """What sets of laws have in common, by their traces."""
         self.tiers: dict[Signature, str] = {}
         """How the loops of each signature run, chosen from the scene when they first do."""
         self.switches: dict[PhysicalLaw, int] = {}
@@ -266,6 +270,9 @@ class World:
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
             if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
                 transaction.replan[obj] = None
+            if number >= 0 and self._parts(obj, number):
+                transaction.replan[obj] = None
+                continue
             by_batch.setdefault(number, []).append(obj._row)
         for obj in transaction.replan:
             self.mark(obj)
@@ -283,6 +290,13 @@ class World:
             found.update(rows)
         bodies.change += 1
         return found
+
+    def _parts(self, obj: PhysicalObject, number: int) -> bool:
+        """Whether ``obj``, changed in the midst of a step, leaves its batch with its group, because others are in it whose step goes on."""
+        batch = self.batches[number]
+        if not batch.stepper.parts or batch.stepper.covered(batch.state) <= self.time:
+            return False
+        return batch.state.count > len(self.group_of(obj))
 
     def _torque_served(self, obj: PhysicalObject, number: int) -> str:
         served = self.batches[number].signature
@@ -323,7 +337,7 @@ class World:
 
     def sources(self, batch: Batch) -> BatchSources | None:
         """What acts along the way on ``batch``; found when first asked for."""
-        if not batch.signature.laws and not batch.signature.torque == "general":
+        if not batch.signature.evaluated:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
@@ -356,7 +370,8 @@ class World:
             grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
-            stop = batch.stepper.advance(batch.state, self.bodies, need, wall, self.settings, sources)
+            go = batch.stepper.advance if sources is None or loops.is_heard(self, batch) else batch.stepper.leap
+            stop = go(batch.state, self.bodies, need, wall, self.settings, sources)
         books.after_step(self, batch, before)
         self.time = max(self.time, begin)
         if len(stop.rows):
@@ -383,6 +398,29 @@ class World:
         if wish != self.compile:
             self.compile = wish
             self.tiers.clear()
+
+    def wish_stepper(self, wish: str) -> None:
+        """Choose stepper ``wish`` wherever it offers; empty for none. Raises `InvalidValueError` for an unknown id."""
+        known = sorted(stepper.id for stepper in self._steppers(True)) if wish else []
+        if not isinstance(wish, str) or (wish and wish not in known):
+            raise InvalidValueError(f"stepper = {wish!r}: choose '' for none, or one of {', '.join(known)}")
+        if wish != self.wish:
+            self.wish = wish
+            self._choose_again()
+
+    def set_out(self, settings: Settings) -> None:
+        """Keep ``settings`` from now on; who serves laws along the way is chosen again if steps give way to tolerances, or the other way round."""
+        other = (settings.dt is None) != (self.settings.dt is None)
+        self.settings = settings
+        if other:
+            self._choose_again()
+
+    def _choose_again(self) -> None:
+        """Plan anew all that is evaluated along the way."""
+        for batch in self.batches:
+            if batch.signature.evaluated:
+                for row in batch.state.rows.tolist():
+                    self.mark(self.bodies.objects[row])
 
     def _merge_into(self, batch: Batch, begin: Instant) -> None:
         """Join to ``batch`` those of its kind that came later and are in step with it by now."""
@@ -432,7 +470,7 @@ class World:
         """Put ``objects``, re-based to now, into the batch of ``signature``."""
         choice = self.choices.get(signature)
         if choice is None:
-            choice = self.choices[signature] = choose(signature, self._steppers())
+            choice = self.choices[signature] = choose(signature, self._steppers(signature.evaluated))
         rows = np.array(sorted(obj._row for obj in objects), dtype=np.int64)
         for batch in self.batches:
             # A batch in the midst of a step of its own is left alone.

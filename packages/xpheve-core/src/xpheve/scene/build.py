@@ -162,6 +162,7 @@ class _Building:
                 up=table.up,
                 seed=table.seed,
                 compile=compile or table.compile,
+                stepper=table.stepper,
                 registry=registry,
                 disable=disable,
                 on_law_error=on_law_error,

@@ -445,6 +445,7 @@ class SceneTable(Table):
     up: Literal["x", "y", "z"] = "y"
     seed: Seed = 0
     compile: Literal["auto", "always", "never"] = "auto"
+    stepper: str = ""
     force_ids: Seed = 0
     run: RunTable = RunTable()
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]

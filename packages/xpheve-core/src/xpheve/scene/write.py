@@ -76,7 +76,7 @@ def dumps(engine: PhysicsEngine, form: str = "toml", *, run: Mapping[str, Any] |
             "xpheve": tables.pop("xpheve"),
             "up": tables.pop("up"),
             "seed": tables.pop("seed"),
-            **({"compile": tables.pop("compile")} if "compile" in tables else {}),
+            **{name: tables.pop(name) for name in ("compile", "stepper") if name in tables},
             "run": _run(run),
             **tables,
         }
@@ -135,6 +135,8 @@ class _Tables:
         tables: Plain = {"xpheve": VERSION, "up": engine.up, "seed": engine.seed}
         if engine.compile != "auto":
             tables["compile"] = engine.compile
+        if engine.stepper:
+            tables["stepper"] = engine.stepper
         last = engine._world.force_ids.last
         ids = [force.id for obj in self.objects for force in engine.user_forces(obj) if isinstance(force.id, int)]
         if last > max(ids, default=0):  # an id that was given once is not given again

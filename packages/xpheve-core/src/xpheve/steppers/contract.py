@@ -26,15 +26,54 @@ Vec = tuple[float, float, float]
 class Signature:
     """What a stepper needs to know of a group to make an offer.
 
-    ``laws`` are the ids of the laws evaluated along the way (stored forces are none of them); ``torque`` says how the stored torques act:
-    ``"none"``, ``"principal"`` (about a principal axis about which the body spins) or ``"general"``; ``size`` is how many objects the group joins,
-    at most 2 told apart from more. ``driven`` objects move as the host says: core serves them itself.
+    Attributes
+    ----------
+    laws
+        The ids of the laws evaluated along the way; stored forces are none of them.
+    torque
+        How the stored torques act: ``"none"``, ``"principal"`` (about a principal axis about which the body spins) or ``"general"``.
+    coupled
+        Whether the group joins more than one object.
+    driven
+        Objects that move as the host says; core serves them itself.
+    form
+        What the plan proved of the group: ``"two bodies"`` under an inverse-square force, ``"linear"``, or ``"general"``.
+    reads
+        What the laws read of objects and scene, as far as they are traced.
+    conservative
+        Whether each law has a potential, and reads neither velocity nor time.
+    traced
+        Whether all laws can be parts of a generated text.
+    near
+        Whether a law has a cutoff.
+    stiff
+        Whether forces decay far faster than the state changes, so that explicit steps would be far too short.
+    fixed_step
+        Whether host steps were asked for, by ``dt``, or tolerances.
+    contacts
+        Whether contacts are looked for, by parabolas: what moves on other curves cannot serve then.
+    wish
+        The id of the stepper that the user asked for; empty for none.
     """
 
     laws: tuple[str, ...]
     torque: str
     coupled: bool = False
     driven: bool = False
+    form: str = "general"
+    reads: tuple[str, ...] = ()
+    conservative: bool = False
+    traced: bool = True
+    near: bool = False
+    stiff: bool = False
+    fixed_step: bool = True
+    contacts: bool = False
+    wish: str = ""
+
+    @property
+    def evaluated(self) -> bool:
+        """Whether something must be evaluated along the way: laws, or torques that turn with the body."""
+        return bool(self.laws) or self.torque == "general"
 
 
 class Offer(NamedTuple):
@@ -52,7 +91,10 @@ class Refusal(NamedTuple):
 
 
 class Flight(NamedTuple):
-    """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``."""
+    """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``.
+
+    If it is ``curved``, that only touches the true path at ``t0``.
+    """
 
     t0: Instant
     t1: Instant
@@ -60,6 +102,7 @@ class Flight(NamedTuple):
     velocity: Vec
     acceleration: Vec
     error: float
+    curved: bool = False
 
 
 class Stop(NamedTuple):
@@ -119,6 +162,11 @@ class Sources(Protocol):
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+    @property
+    def motion(self) -> Any:
+        """The `xpheve.plan.motions.Motion` of the batch, for drivers; or None if its laws must be evaluated one by one."""
         ...
 
     @property
@@ -185,6 +233,8 @@ class Stepper(ABC):
     books_work: ClassVar[bool] = False
     """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
     on each row over the flights that are over."""
+    parts: ClassVar[bool] = False
+    """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
     @abstractmethod
     def offer(self, signature: Signature) -> Offer | Refusal:
@@ -223,6 +273,21 @@ class Stepper(ABC):
 
         ``need`` must not change the sequence of steps by a bit; ``wall``, the next host step or jump of a force, is never passed.
         """
+
+    def leap(
+        self,
+        state: State,
+        bodies: Bodies,
+        need: Instant,
+        wall: Instant,
+        settings: Settings,
+        sources: Sources | None,
+    ) -> Stop:
+        """As `advance`, with nobody listening to the steps up to ``need``, so that many may be made in one call.
+
+        To the same bits as one after the other; it may stop short of ``need`` and be called again. By default it makes one.
+        """
+        return self.advance(state, bodies, need, wall, settings, sources)
 
     def stride(
         self, state: State, bodies: Bodies, grid: Grid, steps: int, settings: Settings, sources: Sources | None

@@ -1,0 +1,229 @@
+"""From a batch and its laws to the `forces` that drivers call, with the numbers of its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from xpheve.errors import LawFailedError
+from xpheve.kernels.clock import Instant
+from xpheve.loop.couples import ALL
+from xpheve.loop.fields import PARAMETERS
+from xpheve.loop.motion import PLACES, MotionText
+from xpheve.loop.program import COMPILED, INTERPRETED, values_of
+from xpheve.loop.terms import slot_of
+from xpheve.loop.text import PairKind
+from xpheve.steppers.contract import Array
+
+if TYPE_CHECKING:
+    from xpheve.plan.evaluation import BatchSources
+
+COMPILE_AFTER = 20_000
+"""Evaluations times rows and pairs that are interpreted before it pays to compile: some tenths of a second. Both give the same bits."""
+PAUSE = 200_000_000
+"""Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
+EVALUATIONS, BUDGET = 0, 1
+"""In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
+FIRST_OWN = 8
+"""The first of a driver's integers that is its own affair; those before it are for all drivers."""
+
+
+class Motion:
+    """The second derivatives of the places of a batch's rows, for drivers (`xpheve.loop.drivers`).
+
+    Attributes
+    ----------
+    rows, moving
+        How many rows the text knows, N, of which the first ``moving`` are the batch's, in the order of the program.
+    components
+        Components of a place: 3, or 7 with the orientation as a quaternion.
+    works
+        Whether some force has no potential, so that ``forces`` writes the sum of those.
+    reads_velocity, reads_time
+        Whether accelerations depend on velocities, or on time.
+    """
+
+    def __init__(self, sources: BatchSources) -> None:
+        self.sources = sources
+        self.world = sources.world
+        self.held = sources.held
+        bodies, own = self.world.bodies, sources.rows
+        self.segments, self.couples = self.held._parts
+        turning = any(term.of_turning for term in self.held.terms.values())
+        turning = turning or bool(bodies.arrays["torque"][:, own].any())
+        stored_work = bool(bodies.arrays["working"][:, own].any())
+        kinds = list(dict.fromkeys(one.terms for one in self.segments))
+        pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in self.couples]
+        self.text = MotionText(kinds, pair_kinds, stored_work, turning)
+        self.components, self.works = self.text.components, self.text.works
+        self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
+        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
+        self._kinds = [kinds.index(one.terms) for one in self.segments]
+        self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
+        self._extra: dict[str, str] = {}
+        self._lists = self._whole_numbers()
+        self.forget()
+
+    @property
+    def turning(self) -> bool:
+        """Whether rows turn, so that their orientations are carried, too."""
+        return self.components != PLACES
+
+    @property
+    def load(self) -> int:
+        """About how many operations on rows and pairs an evaluation has."""
+        pairs = sum(len(c.left) * (len(c.left) - 1) // 2 if c.how == ALL else len(c.left) for c in self.couples)
+        return self.moving + pairs
+
+    def fits(self) -> bool:
+        """Whether the stored forces, and torques, are still of the kind that the text was made for."""
+        arrays, own = self.world.bodies.arrays, self.sources.rows
+        torque = not self.turning and arrays["torque"][:, own].any()
+        return not torque and (self.text.stored_work or not arrays["working"][:, own].any())
+
+    # Numbers
+
+    def forget(self) -> None:
+        """Parameters, masses or stored forces may be others."""
+        self._floats: list[Array] | None = None
+
+    def _whole_numbers(self) -> list[Any]:
+        """Counts, segments and lists of pairs; where the parameters of each instance lie."""
+        at = PARAMETERS
+        segments: list[int] = []
+        for kind, one in zip(self._kinds, self.segments, strict=True):
+            segments += [kind, one.first, one.last, at]
+            at += sum(term.size for term in one.terms)
+        counts = [len(self.segments), self.rows, self.moving, 0]
+        lists = []
+        for couples in self.couples:
+            places = at + couples.term.size * np.arange(len(couples.laws), dtype=np.int64)
+            counts += [len(couples.left), at]
+            which = places if couples.which is None else places[couples.which]
+            lists += [couples.left, couples.right if len(couples.right) else _NOTHING, which]
+            at += couples.term.size * len(couples.laws)
+        whole = [np.array(counts, dtype=np.int64), np.array(segments or [0], dtype=np.int64), _NOTHING]
+        return [*whole, *(np.ascontiguousarray(one, dtype=np.int64) for one in lists)]
+
+    def _parameters(self) -> Array:
+        numbers = [0.0] * PARAMETERS
+        numbers[3:6] = [float(one) for one in self.world.up_vector]
+        for segment in self.segments:
+            for law, term in zip(segment.laws, segment.terms, strict=True):
+                numbers += values_of(law, term)
+        for couples in self.couples:
+            for law in couples.laws:
+                numbers += values_of(law, couples.term)
+        return np.array(numbers)
+
+    def _constants(self) -> Array:
+        """What rows have besides places and velocities, (slots, N)."""
+        slots, bodies = self.text.slots, self.world.bodies
+        everyone, moving = self.held._everyone, self.moving
+        own = everyone[:moving]
+        found = np.zeros((slots.width, self.rows))
+
+        def put(name: str, values: Array) -> None:
+            at = slots.first[name]
+            found[at : at + len(values), : values.shape[1]] = values
+
+        inverse = 1.0 / bodies.arrays["mass"][:, own]
+        put("inverse_mass", inverse)
+        put("stored", bodies.arrays["force"][:, own] / bodies.arrays["mass"][:, own])
+        if "stored_working" in slots.first:
+            put("stored_working", bodies.arrays["working"][:, own])
+        if self.turning:
+            inertia = bodies.arrays["inertia"][:, own]
+            put("stored_torque", bodies.arrays["torque"][:, own])
+            put("inertia", inertia)
+            with np.errstate(divide="ignore"):
+                put("inverse_inertia", np.where(inertia > 0.0, 1.0 / inertia, 0.0))
+        for name in slots.columns:
+            put(slot_of(name), self.held.column(name, everyone, self.text.ages))
+        return found.ravel()
+
+    # Places
+
+    def pack(self, found: dict[str, Array], t: Instant) -> tuple[Array, Array]:
+        """Places and velocities (components, N) of ``found``, which has (width, rows) arrays of the batch's own rows; the rest at ``t``."""
+        x, v = np.zeros((self.components, self.rows)), np.zeros((self.components, self.rows))
+        order, moving, bodies = self.held.order, self.moving, self.world.bodies
+        x[:3, :moving], v[:3, :moving] = found["position"][:, order], found["velocity"][:, order]
+        rest = self.held.sources
+        x[:3, moving:] = bodies.arrays["position"][:, rest]
+        if self.turning:
+            from xpheve.kernels.turning import rate_of
+
+            q = np.concatenate([found["orientation"][:, order], bodies.arrays["orientation"][:, rest]], axis=1)
+            spin = np.zeros((3, self.rows))
+            spin[:, :moving] = found["angular_velocity"][:, order]
+            x[3:] = q
+            v[3:] = np.array(rate_of(tuple(q), tuple(spin)))  # type: ignore[arg-type]
+        return x, v
+
+    def unpack(self, values: Array) -> Array:
+        """``values`` (width, N) of the program's rows as (width, rows) of the batch's, in their order."""
+        found = np.empty((len(values), self.moving))
+        found[:, self.held.order] = values[:, : self.moving]
+        return found
+
+    # Running
+
+    def run(self, driver: str, s: Array, d: Array) -> int:
+        """Let ``driver`` go on with its numbers ``s`` and ``d``; its answer. Evaluations are counted.
+
+        ``d[0]``, the evaluations so far, decides whether it is interpreted or compiled, to the same bits; ``d[1]`` is set to the count after which
+        the driver stops, so that it can be called again.
+        """
+        tier = self.tier(int(d[EVALUATIONS]))
+        load = max(1, self.load)
+        before = int(d[EVALUATIONS])
+        most = PAUSE if tier == COMPILED or self.world.compile == "never" else COMPILE_AFTER
+        d[BUDGET] = before + max(1, (most if tier == COMPILED else most - (before * load) % most) // load)
+        if self._floats is None:
+            tables = self.text.tables if len(self.text.tables) else np.zeros(1)
+            self._floats = [self._parameters(), tables, self._constants(), np.zeros(1)]
+        whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
+        try:
+            found = self._kernel(driver, tier)([s, *self._floats], whole)
+        except (ArithmeticError, ValueError) as error:
+            raise self.sources._kernel_failed(error) from error
+        for law, term in self.held.terms.items():
+            if law.enabled or term.switch:
+                law.evaluations += int(d[EVALUATIONS]) - before
+        self.world.tiers[self.sources.signature] = tier
+        return found
+
+    def tier(self, evaluations: int) -> str:
+        """How a driver runs that has called ``forces`` so often."""
+        wish = self.world.compile
+        enough = wish == "auto" and evaluations * max(1, self.load) >= COMPILE_AFTER
+        return COMPILED if wish == "always" or enough else INTERPRETED
+
+    def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
+        found = self._kernels.get((driver, tier))
+        if found is None:
+            from xpheve.compile import assemble, compiled, interpreted
+            from xpheve.loop.drivers import driver_text
+
+            text = assemble(self.text.text() + self._more(driver) + driver_text(driver), self.held.program.files)
+            labels = " + ".join(dict.fromkeys(term.trace.label for term in self.text.terms))
+            found = interpreted(text) if tier == INTERPRETED else compiled(text, what=f"{driver}: {labels}")
+            self._kernels[driver, tier] = found
+        return found
+
+    def _more(self, driver: str) -> str:
+        """Text that ``driver`` needs besides ``forces``."""
+        return ""
+
+    def fail(self, t: Instant, found: dict[str, Array]) -> LawFailedError:
+        """Why forces at ``t`` on the batch's rows in the state ``found`` are not finite: raises what a law says, else gives a general error."""
+        self.sources.evaluate(self.sources.rows, t, found)
+        return LawFailedError(
+            f"motion leaves the range of floats after t = {t[0]} s; the engine stands just before. Look at the forces, or at the positions"
+        )
+
+
+_NOTHING = np.zeros(1, dtype=np.int64)
