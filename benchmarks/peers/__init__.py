@@ -7,7 +7,7 @@ Each has ``NAME`` and ``MODULE`` (what must be installed). Game engines have ``b
 
 from __future__ import annotations
 
-from importlib import import_module, util
+from importlib import import_module, metadata, util
 from types import ModuleType
 
 ADAPTERS = {"mujoco": "benchmarks.peers.mujoco_peer", "pybullet": "benchmarks.peers.pybullet_peer"}
@@ -18,6 +18,14 @@ SMOOTH = {
     "mujoco": "benchmarks.peers.mujoco_smooth",
     "pybullet": "benchmarks.peers.pybullet_smooth",
 }
+
+
+def version(name: str) -> str:
+    """The version of an installed peer."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "?"
 
 
 def adapter(name: str, adapters: dict[str, str] = ADAPTERS) -> ModuleType | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.measure import Row, cpu_time, middle
-from benchmarks.smooth.problem import End, Problem
+from benchmarks.smooth.problem import Problem
 
 Go = Callable[[], Any]
 SHORTEST = 2e-3  # [s] a sample shorter than this is made of several runs
@@ -21,16 +21,32 @@ LONGEST = 12.0  # [s] a run that took longer is the last of its kind: finer sett
 class Contender:
     """What fills a row: ``make()`` builds and gives (go, end); ``go()`` is timed, ``end()`` tells where all are.
 
-    ``coarser`` is the row before it of the same method: if that took too long, this one is left out.
+    ``parts`` is how many runs ``go`` makes; the time is that of one.
     """
 
     row: Row
-    make: Callable[[], tuple[Go, Callable[[], End]]]
+    make: Callable[[], tuple[Go, Callable[[], Any]]]
+    parts: int = 1
 
 
 def row(problem: Problem, engine: str, setting: str, dt: float | None = None, note: str = "") -> Row:
     """An empty row."""
     return Row(problem.id, engine, setting, dt, note=note)
+
+
+def together(several: Sequence[Contender]) -> Contender:
+    """Contenders of the same row with different starts, as one whose end is the tuple of all ends."""
+
+    def make() -> tuple[Go, Callable[[], Any]]:
+        made = [one.make() for one in several]
+
+        def go() -> None:
+            for each, _ in made:
+                each()
+
+        return go, lambda: tuple(end() for _, end in made)
+
+    return Contender(several[0].row, make, len(several))
 
 
 def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) -> list[Row]:
@@ -57,7 +73,7 @@ def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) 
             if turn < wanted:
                 found_times.append(sum(cpu_time(one.make()[0]) for _ in range(runs)) / runs)
     for (one, _, wanted), found_times in zip(ready, times, strict=True):
-        one.row.seconds, one.row.spread = middle(found_times)
+        one.row.seconds, one.row.spread = middle([found / one.parts for found in found_times])
         one.row.more["samples"] = wanted
     return [one.row for one in contenders]
 
@@ -67,8 +83,9 @@ def _first(problem: Problem, one: Contender) -> float | None:
     try:
         begin = time.process_time()
         go, end = one.make()
-        one.row.more["built"] = time.process_time() - begin
-        one.row.more["first"] = cpu_time(go)
+        one.row.more["built"] = (time.process_time() - begin) / one.parts
+        first = cpu_time(go)
+        one.row.more["first"] = first / one.parts
         at = end()
     except Exception as wrong:  # a contender that fails is a row that says so
         one.row.note = f"{one.row.note}; " * bool(one.row.note) + f"{type(wrong).__name__}: {_short(wrong)}"
@@ -80,7 +97,6 @@ def _first(problem: Problem, one: Contender) -> float | None:
     if not math.isfinite(one.row.error):
         one.row.note, one.row.error = "not finite at the end", None
         return None
-    first: float = one.row.more["first"]
     if first > 1.0:
         return first
     return cpu_time(one.make()[0])

@@ -45,22 +45,34 @@ def built(problem: Problem, one: Ours) -> tuple[Any, Any]:
     LookupError
         If this xPheve has no such stepper, or it did not get the group.
     """
-    import xpheve as xp
-
-    how: dict[str, Any] = {"compile": "always"}
-    if one.stepper is not None and one.stepper != "core:midpoint":
-        if "stepper" not in inspect.signature(xp.PhysicsEngine).parameters:
-            raise LookupError(f"this xPheve cannot be asked for {one.stepper}")
-        how["stepper"] = one.stepper
-    elif one.stepper is not None and "stepper" in inspect.signature(xp.PhysicsEngine).parameters:
-        how["stepper"] = one.stepper
-    engine = xp.PhysicsEngine(**how)
+    engine = asked(one.stepper)
     bodies = problem.build(engine)
     engine.run(until=0.0, **one.run)
     served = {group["stepper"] for group in engine.explain().data["groups"]}
     if one.stepper is not None and one.stepper not in served:
         raise LookupError(f"{one.stepper} did not get the group: {', '.join(sorted(map(str, served)))} did")
     return engine, bodies
+
+
+def asked(stepper: str | None) -> Any:
+    """An engine that compiles its loops, asked to serve all by ``stepper``, or by its own choice.
+
+    Raises
+    ------
+    LookupError
+        If this xPheve has no such stepper.
+    """
+    import xpheve as xp
+    from xpheve.errors import XpheveError
+
+    if stepper is None:
+        return xp.PhysicsEngine(compile="always")
+    if "stepper" not in inspect.signature(xp.PhysicsEngine).parameters:
+        raise LookupError(f"this xPheve cannot be asked for {stepper}")
+    try:
+        return xp.PhysicsEngine(compile="always", stepper=stepper)
+    except XpheveError as wrong:
+        raise LookupError(f"this xPheve has no {stepper}") from wrong
 
 
 def read(bodies: Any) -> End:
