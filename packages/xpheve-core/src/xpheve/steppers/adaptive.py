@@ -158,7 +158,7 @@ class Adaptive(Smooth):
         path[:, :, order], curve[:, :, order] = s[places[:, :, :moving]], s[size.curve[:, :, :moving]]
         state.arrays["path"], state.arrays["curve"] = path.reshape(-1, moving), curve.reshape(-1, moving)
         state.arrays["acceleration"] = path[4, :3].copy()
-        state.arrays["torque"][...] = 0.0
+        state.arrays["torque"][...] = 1.0 if motion.turning else 0.0  # says only that rotation does work, which is booked
         for k, name in enumerate(("work", "work_rest")):
             at = size.work + k * motion.rows
             state.arrays[name][0, order] = s[at : at + moving]
@@ -210,7 +210,11 @@ class Adaptive(Smooth):
         q, _, rate, _ = self._within(state, t, places, 3, 7)
         return _turning(q, rate)
 
-    def work_since(self, state: State, t: Instant) -> Array:
+    def work_since(self, state: State, t: Instant) -> Sequence[float]:
+        found: list[float] = self._work(state, t).tolist()
+        return found
+
+    def _work(self, state: State, t: Instant) -> Array:
         """Work [J] of forces without potential on each row over the present step until ``t``."""
         numbers = state.numbers
         if not numbers["span"] > 0.0:
@@ -241,7 +245,7 @@ class Adaptive(Smooth):
             path = np.zeros((KEPT, parts, state.count))
             path[:4] = self._within(state, t, slice(None), 0, parts)
             work, rest = state.arrays["work"][0], state.arrays["work_rest"][0]
-            state.arrays["work"][0], state.arrays["work_rest"][0] = _two_sums(work, rest + self.work_since(state, t))
+            state.arrays["work"][0], state.arrays["work_rest"][0] = _two_sums(work, rest + self._work(state, t))
             self.rebase(state, bodies, slice(None), t)
             state.arrays["path"] = path.reshape(-1, state.count)
             state.arrays["power"][...] = 0.0
