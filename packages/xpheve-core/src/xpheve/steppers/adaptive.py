@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -123,7 +123,8 @@ class Adaptive(Smooth):
         from xpheve.loop.drivers import radau15 as driver
 
         numbers, moving, parts = state.numbers, motion.moving, motion.components
-        places, size = _places(motion.rows, parts)
+        size = driver_places(motion.rows, parts)
+        places = size.kept
         s, d = np.zeros(size.total), np.zeros(driver.WORST + 1, dtype=np.int64)
         s[driver.NODE : driver.HEAD] = tables()
         s[driver.T], s[driver.T_REST] = numbers["base"], numbers["offset"]
@@ -153,7 +154,8 @@ class Adaptive(Smooth):
         from xpheve.loop.drivers import radau15 as driver
 
         numbers, moving, parts, order = state.numbers, motion.moving, motion.components, motion.held.order
-        places, size = _places(motion.rows, parts)
+        size = driver_places(motion.rows, parts)
+        places = size.kept
         path, curve = np.empty((KEPT, parts, moving)), np.empty((TERMS, parts, moving))
         path[:, :, order], curve[:, :, order] = s[places[:, :, :moving]], s[size.curve[:, :, :moving]]
         state.arrays["path"], state.arrays["curve"] = path.reshape(-1, moving), curve.reshape(-1, moving)
@@ -254,23 +256,35 @@ class Adaptive(Smooth):
         self.begin(state, bodies, slice(None))
 
 
-class _Size:
-    """Where the driver's numbers lie: work, coefficients of series, and how many there are."""
+class DriverPlaces:
+    """Where the driver's numbers lie for ``rows`` rows of ``parts`` components.
+
+    Attributes
+    ----------
+    kept
+        Of what leads from step to step, (`KEPT`, parts, rows): places and velocities, each with its remainder, accelerations at the beginning, what
+        is added at the nodes, what was foretold of it, and by how much places were rounded.
+    curve
+        Of the coefficients of the accelerations' series, (`TERMS`, parts, rows).
+    work
+        Of the first row's work; then come the others', the remainders, and the coefficients of the power.
+    total
+        How many numbers there are.
+    """
 
     def __init__(self, rows: int, parts: int) -> None:
         from xpheve.loop.drivers import radau15 as driver
 
         tiles = -(-parts * rows // driver.LANES)
         before = driver.HEAD + 3 * driver.LANES * tiles
-        self.tiles = before + driver.WORKS * rows
-        self.work = before + 48 * rows
-        behind = self.tiles + driver.SIZE * tiles
-        self.total = behind + driver.CURVE * tiles
+        first = before + driver.WORKS * rows
+        behind = first + driver.SIZE * tiles
+        self.work, self.total = before + 48 * rows, behind + driver.CURVE * tiles
         each = np.arange(parts * rows).reshape(parts, rows)
         lane, tile = each % driver.LANES, each // driver.LANES
-        kept = [driver.X, driver.X_REST, driver.V, driver.V_REST, driver.A]
-        kept += [*range(driver.F1, driver.P7 + 1, driver.LANES), driver.OWED]
-        self.places = np.stack([self.tiles + tile * driver.SIZE + lane + slot for slot in kept])
+        slots = [driver.X, driver.X_REST, driver.V, driver.V_REST, driver.A]
+        slots += [*range(driver.F1, driver.P7 + 1, driver.LANES), driver.OWED]
+        self.kept = np.stack([first + tile * driver.SIZE + lane + slot for slot in slots])
         self.curve = np.stack([behind + tile * driver.CURVE + lane + driver.LANES * k for k in range(TERMS)])
 
 
@@ -290,21 +304,16 @@ def tables() -> Array:
     return found[driver.NODE :]
 
 
-@cache
-def _size(rows: int, parts: int) -> _Size:
-    return _Size(rows, parts)
-
-
-def _places(rows: int, parts: int) -> tuple[Any, _Size]:
-    """Where the `KEPT` numbers of each coordinate lie, (KEPT, parts, rows), and the rest."""
-    size = _size(rows, parts)
-    return size.places, size
+@lru_cache(maxsize=8)
+def driver_places(rows: int, parts: int) -> DriverPlaces:
+    """The `DriverPlaces` of so many rows and components."""
+    return DriverPlaces(rows, parts)
 
 
 def series_weights(h: float) -> tuple[list[float], list[float]]:
     """What coefficients of Legendre polynomials of 2 h - 1 weigh in the first integral from 0 to ``h``, and in the second.
 
-    The integral of P_k(2 h - 1) is (P_k+1 - P_k-1) / (4 k + 2), with P_-1 = -1 (Abramowitz and Stegun, 8.5.3 and 8.14.13 for the roots of it).
+    The integral of P_k(2 h - 1) is (P_k+1 - P_k-1) / (4 k + 2), with P_-1 = -1 (Abramowitz and Stegun, 22.7.10 and 22.8.5).
     """
     x = 2.0 * h - 1.0
     p = [-1.0, 1.0, x]
