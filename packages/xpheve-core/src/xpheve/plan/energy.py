@@ -201,12 +201,16 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         rows, found = batch.state.rows, work.setdefault(label_of(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
-            found += batch.stepper.work_since(batch.state, world.time)
             found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
             running = batch.stepper.running(batch.state, world.time, slice(None))
             if running is not None:  # less that of stored forces, which is told above
                 way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
-                found += [*running.tolist(), *(-bodies.arrays["working"][:, rows] * way).ravel().tolist()]
+                # Of rows that an event wrote at this instant it is booked, though their stepper may not know yet.
+                written = (bodies.clock[0, rows] == world.time[0]) & (bodies.clock[1, rows] == world.time[1])
+                found += [
+                    *np.where(written, 0.0, running).tolist(),
+                    *(-bodies.arrays["working"][:, rows] * way).ravel().tolist(),
+                ]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[twisted(batch)]

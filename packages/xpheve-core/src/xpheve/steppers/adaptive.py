@@ -16,8 +16,7 @@ from xpheve.steppers.flights import FlightState
 from xpheve.steppers.smooth import Smooth
 
 PACE = 0.25
-"""Length of a step, by the time in which forces change (Pham, Rein, Spiegel 2024, eq. 16), at the limit of rounding. Longer ones leave errors of their
-own, shorter ones only cost: measured on the problems of the benchmark."""
+"""Length of a step, by the time in which forces change (Pham, Rein, Spiegel 2024), at the limit of rounding. Longer ones leave errors of their shorter ones only cost: measured on the problems of the benchmark."""
 LEAST = 1e-20
 """Of the time at hand; a shorter step is lost in the clock."""
 KEPT = 20
@@ -120,7 +119,7 @@ class Adaptive(Smooth):
 
     # Numbers of the driver
 
-    def _pack(self, state: FlightState, bodies: Bodies, motion: Any) -> tuple[Array, Array]:
+    def _pack(self, state: FlightState, bodies: Bodies, motion: Any) -> tuple[Array, Rows]:
         """The driver's numbers and whole numbers, at the present step."""
         from xpheve.loop.drivers import radau15 as driver
 
@@ -162,7 +161,9 @@ class Adaptive(Smooth):
         path[:, :, order], curve[:, :, order] = s[places[:, :, :moving]], s[size.curve[:, :, :moving]]
         state.arrays["path"], state.arrays["curve"] = path.reshape(-1, moving), curve.reshape(-1, moving)
         state.arrays["acceleration"] = path[4, :3].copy()
-        state.arrays["torque"][...] = 1.0 if motion.turning else 0.0  # says only that rotation does work, which is booked
+        state.arrays["torque"][...] = (
+            1.0 if motion.turning else 0.0
+        )  # says only that rotation does work, which is booked
         for k, name in WORK.items():
             at = size.work + k * motion.rows
             state.arrays[name][0, order] = s[at : at + moving]
@@ -214,19 +215,14 @@ class Adaptive(Smooth):
         q, _, rate, _ = self._within(state, t, places, 3, 7)
         return _turning(q, rate)
 
-    def work_since(self, state: State, t: Instant) -> Sequence[float]:
-        found: list[float] = self._work(state, t).tolist()
-        return found
-
-    def _work(self, state: State, t: Instant) -> Array:
-        """Work [J] of forces without potential on each row over the present step until ``t``."""
-        numbers = state.numbers
+    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+        numbers, power = state.numbers, state.arrays["power"][:, places]
+        total = np.zeros(power.shape[1])
         if not numbers["span"] > 0.0:
-            return np.zeros(state.count)
+            return total
         once, _ = series_weights(elapsed(t, (numbers["base"], numbers["offset"])) / numbers["span"])
-        total = once[0] * state.arrays["power"][0]
-        for k in range(1, TERMS):
-            total = total + once[k] * state.arrays["power"][k]
+        for k in range(TERMS):
+            total = total + once[k] * power[k]
         found: Array = numbers["span"] * total
         return found
 
@@ -248,8 +244,11 @@ class Adaptive(Smooth):
             parts = len(state.arrays["path"]) // KEPT
             path = np.zeros((KEPT, parts, state.count))
             path[:4] = self._within(state, t, slice(None), 0, parts)
-            work, rest = state.arrays["work"][0], state.arrays["work_rest"][0]
-            state.arrays["work"][0], state.arrays["work_rest"][0] = _two_sums(work, rest + self._work(state, t))
+            rows, arrays = state.rows, state.arrays
+            behind = np.flatnonzero((bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1]))  # not written
+            total, rest = arrays["work"][0, behind], arrays["work_rest"][0, behind]
+            total, rest = _two_sums(total, rest + self.running(state, t, behind))
+            arrays["work"][0, behind], arrays["work_rest"][0, behind] = total, rest
             self.rebase(state, bodies, slice(None), t)
             state.arrays["path"] = path.reshape(-1, state.count)
             state.arrays["power"][...] = 0.0
@@ -339,4 +338,4 @@ def _turning(q: Array, rate: Array) -> tuple[Array, Array]:
 
     length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     unit: Any = q / length
-    return unit, np.array(spin_of(tuple(unit), tuple(rate / length)))  # type: ignore[arg-type]
+    return unit, np.array(spin_of(tuple(unit), tuple(rate / length)))
