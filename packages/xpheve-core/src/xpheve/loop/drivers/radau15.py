@@ -80,9 +80,9 @@ STALLED = 0.25
 MOST_PASSES = 12
 ROUGH = 1e-9
 """Relative changes that cannot be rounding's."""
-FLAW = 2e-13
-"""Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: at rtol = 1e-13 nothing is left to gain.
-True errors are a thousand times less, and grow with the 16th power of the length."""
+FLAW = 3e-14
+"""Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: from rtol = 1e-13 on
+little is left to gain. True errors are a thousand times less, and grow with the 16th power of the length."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
 FIRST = 0.01
