@@ -182,12 +182,19 @@ class Kepler(Smooth):
             self._put(state, bodies, which, row, one, orbit, part[0], drifts, t)
 
     def _orbit(self, bodies: Bodies, rows: Sequence[int], d: Any, v: Any, one: Attraction) -> Orbit:
-        """The constants of an orbit; raises `LawFailedError` if there is no distance."""
+        """The constants of an orbit; raises `LawFailedError` if there is no distance, or numbers are beyond all floats."""
         if not any(part[0] for part in d):
-            names = " and ".join(bodies.objects[row].label for row in rows)
-            where = "are in one place" if len(rows) > 1 else "is in the centre of its force"
-            raise LawFailedError(f"{one.laws}: {names} {where}, where the force is infinite: move them apart")
-        return kepler.prepare(d, v, one.mu)
+            if not one.mu[0]:
+                return kepler.prepare(((1.0, 0.0), (0.0, 0.0), (0.0, 0.0)), v, one.mu)  # nothing asks where it is
+            where = "are in one place" if len(rows) > 1 else f"is in the centre of its force, {one.place}"
+            raise LawFailedError(f"{one.laws}: {_named(bodies, rows)} {where}, where the force is infinite: move it apart")
+        orbit = kepler.prepare(d, v, one.mu)
+        if not all(map(math.isfinite, (*orbit[:7], *orbit[9:]))):
+            raise LawFailedError(
+                f"{one.laws}: the orbit of {_named(bodies, rows)} has numbers beyond all floats: mu = {one.mu[0]} m^3/s^2, "
+                f"distance {[part[0] for part in d]} m, velocity {[part[0] for part in v]} m/s: use other units"
+            )
+        return orbit
 
     def _put(
         self,
@@ -220,11 +227,12 @@ class Kepler(Smooth):
         """Raise `LawFailedError`: two bodies fall into one another now."""
         end = state.arrays["end"]
         rows = state.rows[end[0] == end[0].min()].tolist()
-        one = (sources.attractions(rows) if sources is not None else {}).get(rows[0])
-        names = " and ".join(bodies.objects[row].label for row in rows[:2])
+        one = ({} if sources is None else sources.attractions(rows)).get(rows[0])
+        pair = rows[:1] if one is None or one.row < 0 else [rows[0], one.row]
+        into = f" falls into the centre of its force, {one.place}," if len(pair) == 1 and one is not None else " meet"
         raise LawFailedError(
-            f"{one.laws if one is not None else self.id}: {names} fall into the centre of the force at t = {end[0].min()} s, where it is "
-            "infinite: give one of them some velocity across, or the law a softening"
+            f"{self.id if one is None else one.laws}: {_named(bodies, pair)}{into} at t = {end[0].min()} s, where the force is infinite: "
+            "give one some velocity across, or the law a softening if it has one"
         )
 
     # From orbits to states
@@ -324,6 +332,10 @@ def spans(t: Instant, base: Array, offset: Array) -> tuple[Array, Array]:
     """`span` for arrays, to the same bits."""
     s, e = sum_exact(t[0], -base)  # type: ignore[arg-type]
     return sum_exact(s, e + (t[1] - offset))  # type: ignore[return-value, arg-type]
+
+
+def _named(bodies: Bodies, rows: Sequence[int]) -> str:
+    return " and ".join(bodies.objects[row].label for row in rows)
 
 
 def _minus(a: Pair) -> Pair:
