@@ -179,9 +179,9 @@ def test_strengths_of_two_laws_are_added() -> None:
 
 
 def test_of_a_centre_the_place_is_known() -> None:
-    engine, _, a = scene({"mass": 3.0}, law=Pull, place=(1.0, 2.0, 3.0), mu=0.1)  # type: ignore[arg-type]
+    engine, law, a = scene({"mass": 3.0}, law=Pull, place=(1.0, 2.0, 3.0), mu=0.1)  # type: ignore[arg-type]
     (one,) = attractions(engine, a)
-    assert one == (-1, (1.0, 2.0, 3.0), (0.1, 0.0), "test:forms_pull")
+    assert one == (-1, (1.0, 2.0, 3.0), (0.1, 0.0), "test:forms_pull", law)
 
 
 def test_what_is_of_another_form_by_now_is_left_out() -> None:

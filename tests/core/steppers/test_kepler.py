@@ -14,7 +14,7 @@ from mpmath import mpf
 from tests.core.kernels.test_kepler import EPSILON, apart, length, reference
 
 import xpheve as xp
-from xpheve.errors import LawFailedError
+from xpheve.errors import LawFailedError, XpheveWarning
 
 Vec = tuple[float, float, float]
 KEPLER = "core:kepler"
@@ -320,6 +320,26 @@ def test_two_bodies_in_one_place_are_refused() -> None:
     engine, _, _, _ = pair((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     with pytest.raises(LawFailedError, match="basic:universal_gravity"):
         engine.run(until=1.0)
+
+
+def test_two_put_into_one_place_on_the_way_are_refused_when_time_passes() -> None:
+    engine, _, sun, planet = pair((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    engine.run(until=1.0)
+    planet.position = sun.position
+    with pytest.raises(LawFailedError, match="in one place"):
+        engine.run(until=2.0)
+    assert engine.time == 1.0
+    planet.position = (5.0, 0.0, 0.0)
+    engine.run(until=2.0)
+    assert stepper_of(engine) == [KEPLER] and math.dist(planet.position, sun.position) > 1.0
+
+
+def test_a_law_that_fails_is_given_up_if_that_is_asked_for() -> None:
+    engine, law, sun, planet = pair((2.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.75, 0.25, on_law_error="disable")
+    with pytest.warns(XpheveWarning, match="meet at t = 3.14159"):
+        engine.run(until=4.0)
+    assert not law.enabled and engine.time == 4.0
+    assert planet.position[0] < sun.position[0]  # through one another, with nothing to hold them
 
 
 def test_a_checkpoint_goes_on_to_the_same_bits() -> None:

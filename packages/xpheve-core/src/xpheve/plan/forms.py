@@ -137,7 +137,7 @@ def attractions(sources: BatchSources, rows: Iterable[int]) -> dict[int, Attract
                 torn.add(row)
                 continue
             mu = _rate_of_centre(sources.world, field, proof, row)
-            _note(found, torn, row, Attraction(-1, proof.place, mu, field.label()))
+            _note(found, torn, row, Attraction(-1, proof.place, mu, field.label(), field))
     return {row: found[row] for row in wanted.tolist() if row in found and row not in torn}
 
 
@@ -155,8 +155,8 @@ def _note(found: dict[int, Attraction], torn: set[int], row: int, one: Attractio
 def _attraction(world: World, row: int, mu: Pair, law: PairLaw) -> Attraction:
     """That of the object in ``row``."""
     if not world.bodies.objects[row]._fixed:
-        return Attraction(row, (0.0, 0.0, 0.0), mu, law.label())
-    return Attraction(-1, world.bodies.get("position", row), mu, law.label())  # type: ignore[arg-type]
+        return Attraction(row, (0.0, 0.0, 0.0), mu, law.label(), law)
+    return Attraction(-1, world.bodies.get("position", row), mu, law.label(), law)  # type: ignore[arg-type]
 
 
 def _rate_of_pair(world: World, law: PairLaw, proof: InverseSquare, a: int, b: int) -> Pair:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar, NamedTuple
@@ -131,7 +132,8 @@ class Kepler(Smooth):
         self.rebase(state, bodies, places, t)
         self._take_forces(state, bodies, places)
         self._await(state, places, t)
-        self._begin(state, bodies, joined, t, sources)
+        with contextlib.suppress(LawFailedError):  # if it is still so when time passes, `advance` says it
+            self._begin(state, bodies, joined, t, sources)
         return joined
 
     # From states to orbits
@@ -187,12 +189,15 @@ class Kepler(Smooth):
             if not one.mu[0]:
                 return kepler.prepare(((1.0, 0.0), (0.0, 0.0), (0.0, 0.0)), v, one.mu)  # nothing asks where it is
             where = "are in one place" if len(rows) > 1 else f"is in the centre of its force, {one.place}"
-            raise LawFailedError(f"{one.laws}: {_named(bodies, rows)} {where}, where the force is infinite: move it apart")
+            raise LawFailedError(
+                f"{one.laws}: {_named(bodies, rows)} {where}, where the force is infinite: move it apart", one.law
+            )
         orbit = kepler.prepare(d, v, one.mu)
         if not all(map(math.isfinite, (*orbit[:7], *orbit[9:]))):
             raise LawFailedError(
                 f"{one.laws}: the orbit of {_named(bodies, rows)} has numbers beyond all floats: mu = {one.mu[0]} m^3/s^2, "
-                f"distance {[part[0] for part in d]} m, velocity {[part[0] for part in v]} m/s: use other units"
+                f"distance {[part[0] for part in d]} m, velocity {[part[0] for part in v]} m/s: use other units",
+                one.law,
             )
         return orbit
 
@@ -232,7 +237,8 @@ class Kepler(Smooth):
         into = f" falls into the centre of its force, {one.place}," if len(pair) == 1 and one is not None else " meet"
         raise LawFailedError(
             f"{self.id if one is None else one.laws}: {_named(bodies, pair)}{into} at t = {end[0].min()} s, where the force is infinite: "
-            "give one some velocity across, or the law a softening if it has one"
+            "give one some velocity across, or the law a softening if it has one",
+            None if one is None else one.law,
         )
 
     # From orbits to states
