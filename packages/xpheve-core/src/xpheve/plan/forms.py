@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from xpheve.kernels.elliptic import Pair, pair_add
-from xpheve.kernels.kepler import inverse_square_rate
+from xpheve.kernels.kepler import inverse_square_rate as rate_of_numbers
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.steppers.contract import Attraction
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 ALIKE = 4
 """Units of the last place by which the accelerations of two bodies by stored forces may differ: what m g / m leaves of g."""
+
+inverse_square_rate = lru_cache(maxsize=4096)(rate_of_numbers)
+"""Many bodies are alike."""
 
 _PROOFS: WeakKeyDictionary[ContinuousLaw, tuple[Any, dict[str, Any], InverseSquare | Centre | None]] = (
     WeakKeyDictionary()
@@ -50,14 +54,18 @@ def why_not_two_bodies(world: World, group: Sequence[PhysicalObject]) -> str:
             return f"{law.label()} is not proven to fall with the square of the distance"
         if found.softening != 0.0:
             return f"{law.label()} is softened"
+        if isinstance(law, PairLaw) and law.one_sided and len(group) > 1:
+            return f"{law.label()} acts on one of two that belong together"
         if not law.defines("potential"):
             return f"{law.label()} has no potential, so that its work must be booked along the way"
         places.update(_places(world, law, found, group))
     if len(places) != 1:
         return "nothing attracts" if not places else "more than one place attracts"
     (other,) = places
-    if not isinstance(other, tuple) and (other._driven or (len(group) == 1 and not other._fixed)):
+    if not isinstance(other, tuple) and other._driven:
         return "the host moves a body"
+    if not isinstance(other, tuple) and len(group) == 1 and not other._fixed:
+        return "what attracts moves, and feels nothing of it"
     return "" if _forced_alike(world, group) else "stored forces accelerate the bodies differently"
 
 
