@@ -342,6 +342,34 @@ def test_a_law_that_fails_is_given_up_if_that_is_asked_for() -> None:
     assert planet.position[0] < sun.position[0]  # through one another, with nothing to hold them
 
 
+class Log(xp.PhysicalLaw):
+    """Write down when it is told."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.times: list[float] = []
+
+    def enforce_this_law(self, event: Any) -> None:
+        self.times.append(event.time)
+
+
+def test_conditions_are_found_on_the_orbit_and_leave_it_as_it_is() -> None:
+    found = []
+    for listens in (True, False):
+        engine = xp.PhysicsEngine()
+        pull, log = engine.add_law(Pull), Log()
+        engine.add_law(log, container=xp.LawContainer(xp.when.Crosses("body.position.y", direction=1)))
+        laws = [pull, log] if listens else [pull]
+        body = engine.add_object(xp.PhysicalObject(position=(0.1, 0, 0), velocity=(0, math.sqrt(19.0), 0)), laws=laws)
+        engine.run(until=40.0)
+        assert stepper_of(engine) == [KEPLER]
+        found.append((body.position, log.times))
+    (place, times), (unheard, _) = found
+    assert place == unheard
+    a = 1.0 / (2.0 / 0.1 - math.sqrt(19.0) ** 2)
+    assert times == pytest.approx([k * 2.0 * math.pi * a**1.5 for k in range(1, 7)], rel=1e-13)
+
+
 def test_a_checkpoint_goes_on_to_the_same_bits() -> None:
     engine, _, sun, planet = pair((0.3, 0.0, 0.0), (0.0, 1.5, 0.0))
     engine.run(until=7.0)

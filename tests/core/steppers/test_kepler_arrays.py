@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from xpheve.kernels import kepler
-from xpheve.steppers.kepler_arrays import moved
+from xpheve.steppers.kepler_arrays import FEW, moved, prepared
 
 N = 600
 
@@ -69,6 +69,26 @@ def test_what_others_do_changes_no_bit() -> None:
         [np.array(moved(table[:, k : k + 3], times[k : k + 3], np.zeros(3))) for k in range(0, N, 3)], axis=2
     )
     assert np.array_equal(together, apart, equal_nan=True)
+
+
+@pytest.mark.parametrize("n", [1, FEW, FEW + 1, 700])
+def test_prepared_together_orbits_have_the_bits_of_one_by_one(n: int) -> None:
+    rng = np.random.default_rng(n)
+    size, mu = 10.0 ** rng.uniform(-9, 12, n), 10.0 ** rng.uniform(-20, 20, n) * rng.choice([1.0, 1.0, -1.0], n)
+    d = rng.normal(size=(3, n)) * size
+    v = rng.normal(size=(3, n)) * np.sqrt(np.abs(mu) / size) * 10.0 ** rng.uniform(-3, 0.4, n)
+    d[1:, ::7] = v[1:, ::7] = 0.0  # falls
+    v[:, 3::21] = 0.0
+    mu[5::11] = 0.0
+    for k in range(1, n, 13):  # circles
+        across = np.cross(d[:, k], (0.0, 0.0, 1.0))
+        v[:, k] = across * math.sqrt(abs(mu[k]) / np.linalg.norm(d[:, k])) / np.linalg.norm(across)
+    given = [(one, one * 1e-17) for one in (d, v, mu)]
+    found = prepared(*given)
+    for k in range(n):
+        place, velocity = ([(float(a[c, k]), float(b[c, k])) for c in range(3)] for a, b in given[:2])
+        strength = float(given[2][0][k]), float(given[2][1][k])
+        assert np.array_equal(found[:, k], kepler.prepare(tuple(place), tuple(velocity), strength)), k  # type: ignore[arg-type]
 
 
 def test_none_at_all() -> None:
