@@ -353,6 +353,46 @@ class Log(xp.PhysicalLaw):
         self.times.append(event.time)
 
 
+@pytest.mark.parametrize("count", [1, 20])
+def test_a_handler_that_writes_one_of_two_reads_the_other_where_it_is(count: int) -> None:
+    engine = xp.PhysicsEngine()
+    ones = [xp.PhysicalObject(mass=1.0, position=(100.0 * k, 0, 0)) for k in range(count)]
+    others = [xp.PhysicalObject(mass=2.0, position=(100.0 * k, 1.0, 0), velocity=(1.5, 0, 0.1)) for k in range(count)]
+    engine.add_objects([*ones, *others])
+    engine.add_law("basic:universal_gravity", gravitational_constant=1.0, pairs=list(zip(ones, others, strict=True)))
+    seen: list[Any] = []
+
+    class Kick(xp.PhysicalLaw):
+        """Write one, and look at all before and after."""
+
+        id = "test:kepler_kick"
+
+        def enforce_this_law(self, event: Any) -> None:
+            seen.append(np.array(engine.bodies.position))
+            ones[0].velocity = (0.0, 0.0, 1.0)
+            seen.append(np.array(engine.bodies.position))
+            seen.append(np.array([obj.position for obj in (*ones, *others)]))
+
+    engine.add_law(Kick, container=xp.LawContainer(xp.when.Elapsed(7.0)))
+    engine.run(until=8.0)
+    assert stepper_of(engine) == [KEPLER] and len(seen) == 3
+    assert np.array_equal(seen[0], seen[1]) and np.array_equal(seen[0], seen[2])
+
+
+def test_one_that_comes_later_is_read_where_it_stands() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law(Pull)
+    engine.add_objects(
+        [xp.PhysicalObject(position=(1.0 + k, 0, 0), velocity=(0, 0.7, 0)) for k in range(12)], laws=[law]
+    )
+    engine.run(until=3.0)
+    before = np.array(engine.bodies.position)
+    engine.add_object(xp.PhysicalObject(position=(0, 3.0, 0), velocity=(0.5, 0, 0)), laws=[law])
+    engine.run(until=3.0)
+    after = np.array(engine.bodies.position)
+    assert np.array_equal(after[:12], before) and after[12].tolist() == [0.0, 3.0, 0.0]
+
+
 def test_conditions_are_found_on_the_orbit_and_leave_it_as_it_is() -> None:
     found = []
     for listens in (True, False):

@@ -14,7 +14,19 @@ from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels import kepler
 from xpheve.kernels.clock import NEVER, Instant, later, two_sum
 from xpheve.kernels.elliptic import Pair, pair_add, pair_div, pair_mul, sum_exact
-from xpheve.steppers.contract import Array, Attraction, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
+from xpheve.steppers.contract import (
+    Array,
+    Attraction,
+    Offer,
+    Refusal,
+    Rows,
+    Settings,
+    Signature,
+    Sources,
+    State,
+    Stop,
+    Vec,
+)
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.kepler_arrays import PLACES, moved, prepared
 from xpheve.steppers.smooth import Smooth
@@ -37,6 +49,8 @@ class _Held(NamedTuple):
     change: int
     every: list[Motion]
     single: dict[int, Motion]
+    solved: dict[tuple[float, float, float], tuple[Vec, Vec, Vec]]
+    """Solutions of Kepler's equation, by pair and time since its beginning: two bodies share one."""
 
 
 class KeplerState(FlightState):
@@ -96,6 +110,7 @@ class Kepler(Smooth):
         """The rows at ``places`` stand as they were written at ``t``, until their orbits are found."""
         arrays = state.arrays
         arrays["begun"][:, places] = 0.0
+        arrays["pair"][:, places] = -1.0
         arrays["since"][:, places] = arrays["end"][:, places] = np.array(t)[:, None]
         assert isinstance(state, KeplerState)
         state.held = state.orbits = None
@@ -255,7 +270,7 @@ class Kepler(Smooth):
         assert isinstance(state, KeplerState)
         held = state.held
         if held is None or held.t != t or held.change != bodies.change:
-            held = state.held = _Held(t, bodies.change, [], {})
+            held = state.held = _Held(t, bodies.change, [], {}, {})
         if isinstance(places, slice):
             if not held.every:
                 held.every.append(self._curve(state, bodies, t, np.arange(state.count)[places]))
@@ -274,11 +289,9 @@ class Kepler(Smooth):
             return pair[:, 0].T, pair[:, 1].T
         arrays, rows = state.arrays, state.rows[places]
         s, rest = spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
-        if len(places) == state.count:
-            if state.orbits is None:
-                _, first, which = np.unique(arrays["pair"][0], return_index=True, return_inverse=True)
-                state.orbits = first, which
-            first, which = state.orbits
+        first, which = self._shared(state)
+        # Two whose orbit is one are solved once, unless an event has just written one of them, or not all are asked for.
+        if len(places) == state.count and bool(((s[first][which] == s) & (rest[first][which] == rest)).all()):
             parts = [one[:, which] for one in moved(arrays["orbit"][:, first], s[first], rest[first])]
         else:
             parts = list(moved(arrays["orbit"][:, places], s, rest))
@@ -291,15 +304,25 @@ class Kepler(Smooth):
             x[c], v[c] = component(x0[c], v0[c], change[c], more[c], kick[c], *numbers)
         return x, v
 
+    def _shared(self, state: KeplerState) -> tuple[Rows, Rows]:
+        """A row for each orbit, and for each row its orbit among those."""
+        if state.orbits is None:
+            _, first, which = np.unique(state.arrays["pair"][0], return_index=True, return_inverse=True)
+            state.orbits = first, which
+        return state.orbits
+
     def _one_by_one(
         self, state: KeplerState, bodies: Bodies, t: Instant, places: Sequence[int]
     ) -> Iterator[list[list[float]]]:
         """Position and velocity of each of the rows at ``places``, on floats."""
-        arrays = state.arrays
+        arrays, solved = state.arrays, {} if state.held is None else state.held.solved
         for local in places:
             row = int(state.rows[local])
             s, rest = span(t, bodies.clock_of(row))
-            change, more, kick = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
+            key = (float(arrays["pair"][0, local]), s, rest)
+            if key not in solved:
+                solved[key] = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
+            change, more, kick = solved[key]
             share, drift = float(arrays["share"][0, local]), arrays["drift"][:, local].tolist()
             common = arrays["common"][:, local].tolist()
             x0, v0 = bodies.get("position", row), bodies.get("velocity", row)
