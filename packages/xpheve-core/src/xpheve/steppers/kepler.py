@@ -59,8 +59,8 @@ class KeplerState(FlightState):
     def __init__(self) -> None:
         super().__init__(np.zeros(0, dtype=np.int64))
         self.held: _Held | None = None
-        self.orbits: tuple[Rows, Rows] | None = None
-        """A row for each orbit, and for each row its orbit among those."""
+        self.orbits: tuple[Rows, Rows, Array] | None = None
+        """A row for each orbit, for each row its orbit among those, and their constants."""
 
     def locate(self) -> None:
         super().locate()
@@ -289,10 +289,10 @@ class Kepler(Smooth):
             return pair[:, 0].T, pair[:, 1].T
         arrays, rows = state.arrays, state.rows[places]
         s, rest = spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
-        first, which = self._shared(state)
+        first, which, orbits = self._shared(state)
         # Two whose orbit is one are solved once, unless an event has just written one of them, or not all are asked for.
         if len(places) == state.count and bool(((s[first][which] == s) & (rest[first][which] == rest)).all()):
-            parts = [one[:, which] for one in moved(arrays["orbit"][:, first], s[first], rest[first])]
+            parts = [one[:, which] for one in moved(orbits, s[first], rest[first])]
         else:
             parts = list(moved(arrays["orbit"][:, places], s, rest))
         share, drift, common = arrays["share"][0, places], arrays["drift"][:, places], arrays["common"][:, places]
@@ -304,11 +304,11 @@ class Kepler(Smooth):
             x[c], v[c] = component(x0[c], v0[c], change[c], more[c], kick[c], *numbers)
         return x, v
 
-    def _shared(self, state: KeplerState) -> tuple[Rows, Rows]:
-        """A row for each orbit, and for each row its orbit among those."""
+    def _shared(self, state: KeplerState) -> tuple[Rows, Rows, Array]:
+        """A row for each orbit, for each row its orbit among those, and their constants."""
         if state.orbits is None:
             _, first, which = np.unique(state.arrays["pair"][0], return_index=True, return_inverse=True)
-            state.orbits = first, which
+            state.orbits = first, which, state.arrays["orbit"][:, first]
         return state.orbits
 
     def _one_by_one(

@@ -197,13 +197,13 @@ def moved(orbits: Array, s: Array, rest: Array) -> tuple[Array, Array, Array]:
         near = _reduced(t, period)
         since = _reduced(pair_add(t, (o[19], o[20])), period)  # type: ignore[arg-type]
         narrow = (o[18] != 0.0) & (np.abs(since[0]) < np.abs(near[0]))
-        found = np.empty((3, 3, len(s)))
-        wide = ~narrow
-        for which, nearest in ((narrow, True), (wide, False)):
-            if which.any():
-                found[:, :, which] = _from(
-                    o if which.all() else o[:, which], _of(since if nearest else near, which), nearest
-                )
+        if narrow.all() or not narrow.any():
+            found = _from(o, since if narrow.any() else near, bool(narrow.any()))
+        else:
+            found = np.empty((3, 3, len(s)))
+            for which, pair, nearest in ((narrow, since, True), (~narrow, near, False)):
+                at = np.flatnonzero(which)
+                found[:, :, at] = _from(np.take(o, at, axis=1), (pair[0][at], pair[1][at]), nearest)
         free = o[3] == 0.0
         if free.any():
             for k, part in enumerate(kepler.freely(o, t[0])):  # type: ignore[arg-type]
@@ -211,10 +211,6 @@ def moved(orbits: Array, s: Array, rest: Array) -> tuple[Array, Array, Array]:
                     found[k, c] = np.where(free, numbers, found[k, c])
         found[:, :, fallen] = np.nan
     return found[0], found[1], found[2]
-
-
-def _of(pair: Pair, which: NDArray[np.bool_]) -> Pair:
-    return pair[0][which], pair[1][which]
 
 
 def _from(o: Array, t: Pair, nearest: bool) -> Array:
