@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -35,7 +36,7 @@ class Workless(Pull):
 
 def reason(engine: Any, *group: Any) -> str:
     """Why the group of ``group`` is not two bodies, planned as it is now."""
-    engine.run(until=engine.time)
+    engine.run(until=engine.time, dt=0.1)
     world = engine._world
     assert set(world.group_of(group[0])) == set(group)
     why = why_not_two_bodies(world, world.group_of(group[0]))
@@ -112,6 +113,67 @@ def test_other_forces_beside_are_named() -> None:
     laws = [engine.add_law("basic:universal_gravity"), engine.add_law("basic:linear_drag", coefficient=0.1)]
     pair = [engine.add_object(xp.PhysicalObject(position=(k, 0, 0)), laws=laws) for k in (1.0, 2.0)]
     assert reason(engine, *pair) == "basic:linear_drag is not proven to fall with the square of the distance"
+
+
+class Slow(xp.FlowLaw):
+    """Drag, exactly."""
+
+    id = "test:forms_slow"
+
+    def flow(self, body: Any, dt: float) -> Any:
+        return {"velocity": body.velocity * math.exp(-dt)}
+
+
+def test_a_flow_beside_is_no_such_force() -> None:
+    engine = xp.PhysicsEngine()
+    laws = [engine.add_law("basic:universal_gravity"), engine.add_law(Slow)]
+    pair = [engine.add_object(xp.PhysicalObject(position=(k, 0, 0)), laws=laws) for k in (1.0, 2.0)]
+    assert reason(engine, *pair) == "test:forms_slow is not proven to fall with the square of the distance"
+
+
+def test_what_a_moving_source_of_a_one_sided_law_acts_on_is_not() -> None:
+    engine = xp.PhysicsEngine()
+    sun, dust = xp.PhysicalObject(mass=10.0, velocity=(1.0, 0, 0)), xp.PhysicalObject(position=(1.0, 0, 0))
+    engine.add_objects([sun, dust])
+    engine.add_law("basic:universal_gravity", between=([sun], [dust]), one_sided=True)
+    assert reason(engine, dust) == "what attracts moves, and feels nothing of it"
+    still = xp.PhysicsEngine()
+    sun, dust = xp.PhysicalObject(mass=10.0, fixed=True), xp.PhysicalObject(position=(1.0, 0, 0), velocity=(0, 1.0, 0))
+    still.add_objects([sun, dust])
+    still.add_law("basic:universal_gravity", gravitational_constant=0.1, between=([sun], [dust]), one_sided=True)
+    assert reason(still, dust) == ""
+    still.run(until=2.0 * math.pi)
+    assert math.dist(dust.position, (1.0, 0.0, 0.0)) < 1e-15
+
+
+def test_two_that_pull_dust_and_feel_nothing_of_it_are_two_bodies_still() -> None:
+    engine = xp.PhysicsEngine()
+    suns = [xp.PhysicalObject(mass=2.0), xp.PhysicalObject(mass=1.0, position=(1.0, 0, 0), velocity=(0, 1.7, 0))]
+    dust = [xp.PhysicalObject(position=(0, 5.0 + k, 0), velocity=(0.7, 0, 0)) for k in range(3)]
+    engine.add_objects([*suns, *dust])
+    engine.add_law("basic:universal_gravity", gravitational_constant=1.0, pairs=[tuple(suns)])
+    engine.add_law("basic:universal_gravity", gravitational_constant=1.0, between=(suns, dust), one_sided=True)
+    assert reason(engine, *suns) == ""
+    alone = xp.PhysicsEngine()
+    twins = [xp.PhysicalObject(mass=2.0), xp.PhysicalObject(mass=1.0, position=(1.0, 0, 0), velocity=(0, 1.7, 0))]
+    law = alone.add_law("basic:universal_gravity", gravitational_constant=1.0)
+    alone.add_objects(twins, laws=[law])
+    for one in (engine, alone):
+        one.run(until=5.0, dt=0.1)
+    assert [one.position for one in suns] == [one.position for one in twins]
+
+
+def test_dust_of_a_fixed_sun_and_a_moving_one_is_not() -> None:
+    engine = xp.PhysicsEngine()
+    still, passing = (
+        xp.PhysicalObject(mass=10.0, fixed=True),
+        xp.PhysicalObject(velocity=(1.0, 0, 0), position=(9.0, 0, 0)),
+    )
+    dust = xp.PhysicalObject(position=(1.0, 0, 0))
+    engine.add_objects([still, passing, dust])
+    engine.add_law("basic:universal_gravity", pairs=[(still, dust)])
+    engine.add_law("basic:universal_gravity", between=([passing], [dust]), one_sided=True)
+    assert reason(engine, dust) == "more than one place attracts"
 
 
 def test_a_law_without_a_potential_is_left_to_others() -> None:

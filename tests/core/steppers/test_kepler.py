@@ -158,6 +158,20 @@ def test_one_body_about_a_fixed_one() -> None:
     assert stepper_of(engine) == [KEPLER, "none"]
 
 
+def test_a_fixed_one_that_is_put_elsewhere_draws_from_there() -> None:
+    engine = xp.PhysicsEngine()
+    law = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
+    sun = engine.add_object(xp.PhysicalObject(mass=1.0, fixed=True), laws=[law])
+    moon = engine.add_object(xp.PhysicalObject(position=(1.0, 0, 0), velocity=(0, 1.0, 0)), laws=[law])
+    engine.run(until=1.0)
+    sun.position = (0.0, -1.0, 0.5)
+    d, v = tuple(a - b for a, b in zip(moon.position, sun.position, strict=True)), moon.velocity
+    engine.run(until=3.0)
+    with mpmath.workdps(50):
+        right, _ = reference(d, v, 1.0, 2.0)  # type: ignore[arg-type]
+        assert apart(moon.position, [a + b for a, b in zip(right, sun.position, strict=True)]) < 1e-14
+
+
 def test_many_bodies_about_a_centre_are_one_batch() -> None:
     engine = xp.PhysicsEngine()
     law = engine.add_law(Pull, place=(0.0, 0.0, 1.0))

@@ -49,13 +49,17 @@ def why_not_two_bodies(world: World, group: Sequence[PhysicalObject]) -> str:
     laws = {law: None for obj in group for law in world.continuous_laws(obj)}
     places: set[Any] = set()
     for law in laws:
+        if isinstance(law, PairLaw) and law.one_sided:
+            targets = [obj for obj in group if law.side_of(obj) == 2]
+            if not targets:
+                continue
+            if len(group) > 1:
+                return f"{law.label()} acts on one of two that belong together"
         found = proof_of(law)
         if found is None:
             return f"{law.label()} is not proven to fall with the square of the distance"
         if found.softening != 0.0:
             return f"{law.label()} is softened"
-        if isinstance(law, PairLaw) and law.one_sided and len(group) > 1:
-            return f"{law.label()} acts on one of two that belong together"
         if not law.defines("potential"):
             return f"{law.label()} has no potential, so that its work must be booked along the way"
         places.update(_places(world, law, found, group))
@@ -93,6 +97,10 @@ def _places(
     others: set[PhysicalObject] = set()
     for obj in group:
         if obj not in world.mapping.objects(law):
+            continue
+        if law.one_sided:
+            assert law.between is not None
+            others.update(other for other in law.between[0] if other in world.mapping.objects(law))
             continue
         for _, joined in partners(world, law, obj):
             others.update(other for other in joined if other is not obj)
@@ -133,11 +141,14 @@ def attractions(sources: BatchSources, rows: Iterable[int]) -> dict[int, Attract
         near = np.isin(left, wanted) | np.isin(right, wanted)
         for a, b in zip(left[near].tolist(), right[near].tolist(), strict=True):
             if not isinstance(proof, InverseSquare) or proof.softening != 0.0:
-                torn.update((a, b))
+                torn.update((b,) if law.one_sided else (a, b))
                 continue
             mu = _rate_of_pair(sources.world, law, proof, a, b)
-            _note(found, torn, a, _attraction(sources.world, b, mu, law))
             _note(found, torn, b, _attraction(sources.world, a, mu, law))
+            if law.one_sided:
+                torn.update([] if sources.world.bodies.objects[a]._fixed else [b])
+            else:
+                _note(found, torn, a, _attraction(sources.world, b, mu, law))
     for field, mask in sources.fields:
         proof = proof_of(field)
         for row in wanted[mask[wanted]].tolist():
