@@ -134,12 +134,15 @@ class Attraction(NamedTuple):
         [m^3/s^2], as a pair of floats; below 0 if it repels.
     laws
         Labels of the laws.
+    law
+        The first of them, to be named where it fails.
     """
 
     row: int
     place: Vec
     mu: tuple[float, float]
     laws: str
+    law: Any
 
 
 class Grid(NamedTuple):
