@@ -3,10 +3,10 @@
 With y = x - x(0), the velocity v and the acceleration f that x(0) at rest would have, y'' = A y + B y' + f: what a flow computes is
 y = S v + T f and y' = S' v + S f, with S the answer to a push and T its integral. Nothing is stepped: any span is one evaluation from the start.
 
-*Modes.* Where A and B have common eigenvectors after scaling by the roots of the masses (no damping, or damping in proportion), each mode is
-a closed form of `xpheve.kernels.linear_mode`. A plane in which the motion looks alike in every direction, as that of a charge across a magnetic field, is one
-mode with complex numbers. Eigenvectors are refined to ~30 digits, so that slow modes beside stiff ones, free directions among them, have all
-their digits, and phases hold over long times.
+*Modes.* Where A and B have common eigenvectors after scaling by the roots of the masses (no damping, or damping in proportion), each mode
+is a closed form of `xpheve.kernels.linear_mode`. A plane in which the motion looks alike in every direction, as that of a charge across a
+magnetic field, is one mode with complex numbers. Eigenvectors are refined to ~30 digits, so that slow modes beside stiff ones, free
+directions among them, have all their digits, and phases hold over long times.
 
 *Ladder.* Everything else: exponentials of h, 2h, 4h, ... of the augmented matrix, h short enough for a power series, each the
 square of the last in ~30 digits; a span is the product of those of its binary digits, applied to the vector.
@@ -45,6 +45,10 @@ PAIRS, FLOATS = 8, 15
 """Terms of it that are summed in pairs when it acts on a vector, and in all."""
 STEP = 0.03125
 """h, in units of the fastest rate."""
+
+
+REMEMBERED = 60
+"""Coordinates of a ladder up to which the slices of its rungs are kept."""
 
 
 class Mode(NamedTuple):
@@ -169,9 +173,10 @@ class LadderFlow(Flow):
         level = 0
         while count:
             if count & 1:
-                z = self._rung(level) @ Wide(
-                    np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low])
-                )
+                rung = self._rung(level)
+                if self.size > REMEMBERED:
+                    rung = rung.copy()
+                z = rung @ Wide(np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low]))
             count >>= 1
             level += 1
         return z
@@ -212,7 +217,7 @@ class LadderFlow(Flow):
 
     def _first(self) -> Wide:
         """The rung of one step. S and T are power series; C = 1 + T A, C' = S A."""
-        n, one, none = self.size, identity(self.size), Wide(np.zeros((self.size, self.size)))
+        one, none = identity(self.size), Wide(np.zeros((self.size, self.size)))
         before, term, factor = none, one, Wide(1.0)
         push, rate, way = none, one, none
         for k in range(1, SERIES):
@@ -241,10 +246,10 @@ def flow_of(stiffness: Wide, damping: Wide, mass: Array) -> Flow:
     scale = root[:, None] * root[None, :]
     k, d = stiffness / scale, damping / scale
     found = _common_modes(k, d, root) or _planes(k, d)
-    if found is None:
-        m = wide(mass)[:, None]
-        found = LadderFlow(stiffness / m, damping / m)
-    return found
+    if found is not None:
+        return found
+    m = wide(mass)[:, None]
+    return LadderFlow(stiffness / m, damping / m)
 
 
 def parts_of(stiffness: Wide, damping: Wide) -> list[NDArray[np.int64]]:
@@ -329,8 +334,8 @@ def _mixed(k: Wide, d: Wide) -> Wide:
 def eigenvectors(a: Wide) -> Wide:
     """The eigenvectors of a symmetric matrix as columns, refined until they make it diagonal to ~30 digits of its norm.
 
-    Ogita and Aishima, algorithm 1. Eigenvalues too close to be told apart are taken together, and their part of the matrix, which is small, is diagonalised by
-    itself.
+    Ogita and Aishima, algorithm 1. Eigenvalues too close to be told apart are taken together, and their part of the matrix, which is small,
+    is diagonalised by itself.
     """
     a = (a + a.transposed).scaled(0.5)
     x = Wide(np.linalg.eigh(a.high)[1])
