@@ -338,46 +338,43 @@ def eigenvectors(a: Wide) -> Wide:
     is diagonalised by itself.
     """
     a = (a + a.transposed).scaled(0.5)
+    n, norm = a.shape[0], _norm(a)
+    every = np.arange(n)
     x = Wide(np.linalg.eigh(a.high)[1])
-    one = np.eye(a.shape[0])
-    norm = _norm(a)
-    last = np.inf
     for _ in range(ROUNDS):
         turned = x.transposed
-        rest = (Wide(one) - turned @ x).high
-        d = turned @ (a @ x)
-        values = d[np.arange(len(one)), np.arange(len(one))]
+        rest, d = identity(n) - turned @ x, turned @ (a @ x)
+        # Symmetric to the last bit: close eigenvalues make much of what is not, and columns oblique.
+        rest, d = 0.5 * (rest.high + rest.high.T), (d + d.transposed).scaled(0.5)
         off = d.high - np.diag(d.high.diagonal())
-        error = float(np.abs(off).max(initial=0.0)) + norm * float(np.abs(rest).max(initial=0.0))
-        if error <= 0.01 * ALIKE * norm or error >= last:
+        if np.abs(off).max(initial=0.0) + norm * np.abs(rest).max(initial=0.0) <= 0.01 * ALIKE * norm:
             break
-        last = 0.5 * error
-        gaps = (Wide(values.high[None, :], values.low[None, :]) - Wide(values.high[:, None], values.low[:, None])).high
+        values = d[every, every] + d[every, every] * Wide(rest.diagonal())
+        gaps = (values[None, :] - values[:, None]).high
         room = 2.0 * (float(np.linalg.norm(off)) + norm * float(np.linalg.norm(rest)))
         apart = np.abs(gaps) > room
         with np.errstate(all="ignore"):
             change = np.where(apart, (off + values.high[None, :] * rest) / gaps, 0.5 * rest)
-        x = x + x @ Wide(change)
-        x = _untangled(x, d, apart, off)
+        x = _untangled(x + x @ Wide(change), d, rest, apart)
     return x
 
 
-def _untangled(x: Wide, d: Wide, apart: NDArray[np.bool_], off: Array) -> Wide:
+def _untangled(x: Wide, d: Wide, rest: Array, apart: NDArray[np.bool_]) -> Wide:
     """Columns of ``x`` of close eigenvalues turned among themselves so that their part of ``d`` is diagonal."""
     order = np.argsort(d.high.diagonal(), kind="stable")
     first = 0
     for k in range(1, len(order) + 1):
         if k < len(order) and not apart[order[k - 1], order[k]]:
             continue
-        own = order[first:k]
-        first = k
-        part = np.ix_(own, own)
-        if len(own) == 1 or not off[part].any():
+        own, first = order[first:k], k
+        if len(own) == 1:
             continue
-        inner = d[part]
-        inner = inner - Wide(np.eye(len(own))) * inner[0, 0]
-        turn = np.linalg.eigh(0.5 * (inner.high + inner.high.T))[1]
-        x[:, own] = x[:, own] @ Wide(turn)
+        part = np.ix_(own, own)
+        middle = d[own[0], own[0]]
+        inner = (d[part] + middle * Wide(rest[part]) - identity(len(own)) * middle).high
+        turn = Wide(np.linalg.eigh(0.5 * (inner + inner.T))[1])
+        turn = turn + turn @ (identity(len(own)) - turn.transposed @ turn).scaled(0.5)
+        x[:, own] = x[:, own] @ turn
     return x
 
 
