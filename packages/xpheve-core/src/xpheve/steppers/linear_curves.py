@@ -266,7 +266,11 @@ class Curves:
     # Following
 
     def after(self, places: Rows, spans: Pair) -> Pair:
-        """Ways [m] and velocities [m/s] of the rows at ``places`` after ``spans`` [s], (3, places)."""
+        """Ways [m] and velocities [m/s] of the rows at ``places`` after ``spans`` [s], (3, places); not finite where they are too large."""
+        with np.errstate(all="ignore"):
+            return self._after(places, spans)
+
+    def _after(self, places: Rows, spans: Pair) -> Pair:
         way, speed = np.empty((3, len(places))), np.empty((3, len(places)))
         groups = self.arrays["group"][0, places]
         if not self.groups or not groups.any():
@@ -331,8 +335,12 @@ class Curves:
         place of the energies that were exchanged.
         """
         found = np.zeros(len(places))
-        if not self.works:
-            return found
+        if self.works:
+            with np.errstate(all="ignore"):
+                self._add_work(found, places, spans, mass)
+        return found
+
+    def _add_work(self, found: Array, places: Rows, spans: Pair, mass: Array) -> None:
         groups = self.arrays["group"][0, places]
         alone = np.flatnonzero(groups == 0.0)
         if len(alone):
@@ -347,7 +355,6 @@ class Curves:
         for k in np.flatnonzero((groups > 0.0) & first).tolist():
             group = self.groups[int(groups[k]) - 1]
             found[k] = group.work((float(spans[0][k]), float(spans[1][k])))
-        return found
 
 
 def _same(a: Wide, b: Wide) -> NDArray[np.bool_]:
