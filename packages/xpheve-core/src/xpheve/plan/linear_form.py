@@ -58,10 +58,17 @@ def affine_of(world: World, law: ContinuousLaw, points: bool) -> AffineLaw | Non
     trace = formula_of(law)
     if trace is None or is_by_hand(law) or law.defines("jumps"):
         return None
-    members = world.mapping.objects(law)
-    if isinstance(law, PairLaw) and (math.isfinite(law.reach()) or any(obj._driven for obj in members)):
+    if isinstance(law, PairLaw) and (math.isfinite(law.reach()) or _is_moved_by_others(world, law)):
         return None
     return affine_law(law, trace, points and law.defines("torque"))
+
+
+def _is_moved_by_others(world: World, law: PairLaw) -> bool:
+    """Whether what moves of itself, or by the host, acts through ``law`` on others that do not act on it."""
+    for obj in world.mapping.objects(law):
+        if obj._driven or (law.one_sided and not law.moves(obj) and not immovable(obj)):
+            return True
+    return False
 
 
 def _laws_of(world: World, group: Iterable[PhysicalObject]) -> list[ContinuousLaw]:
@@ -190,7 +197,7 @@ class _Maker:
         force = found[9 * len(affine.slopes) :]
         full = Wide(np.array([one.high for one in force]), np.array([one.low for one in force]))
         whole = full.high + sum(one.high.sum(axis=1) for one in slopes.values())
-        self.world.evaluator._finite(law, "force", whole, next(iter(sides.values())), time)
+        self.world.evaluator.finite(law, "force", whole, next(iter(sides.values())), time)
         law.evaluations += 1
         return slopes, full
 
