@@ -10,7 +10,17 @@ from xpheve.kernels.linear_mode import flow, prepared
 
 DIGITS = 120
 ROUNDINGS = 1e-14
-KINDS = ("undamped", "unstable", "underdamped", "overdamped", "nearly critical", "turning", "gyration", "turntable", "free")
+KINDS = (
+    "undamped",
+    "unstable",
+    "underdamped",
+    "overdamped",
+    "nearly critical",
+    "turning",
+    "gyration",
+    "turntable",
+    "free",
+)
 
 
 def numbers(kind: str, rate: float, chance: random.Random) -> tuple[complex, complex]:
@@ -112,4 +122,6 @@ def test_two_spans_one_after_the_other_are_their_sum() -> None:
             (x, _), (y, _), _ = flow(mode, (t, 0.0))
             (whole, _), _, _ = flow(mode, (s + t, 0.0))
             # the push of s + t: a push of s, then of its speed; places by C = S' - S b
-            assert abs(whole - (x * q + (y - x * b.real) * p)) <= 2e-14 * max(abs(p), abs(x), abs(whole)) * max(1.0, abs(b) / rate)
+            assert abs(whole - (x * q + (y - x * b.real) * p)) <= 2e-14 * max(abs(p), abs(x), abs(whole)) * max(
+                1.0, abs(b) / rate
+            )

@@ -59,7 +59,10 @@ def forces_of(engine: xp.PhysicsEngine, obj: xp.PhysicalObject) -> tuple[np.ndar
     world = engine._world
     batch = world.batches[int(world.bodies.batch[obj._row])]
     rows = batch.state.rows
-    state = {name: world.read_all(name, world.time)[:, rows] for name in ("position", "velocity", "orientation", "angular_velocity")}
+    state = {
+        name: world.read_all(name, world.time)[:, rows]
+        for name in ("position", "velocity", "orientation", "angular_velocity")
+    }
     return rows, world.sources(batch).evaluate(rows, world.time, state)[0]
 
 

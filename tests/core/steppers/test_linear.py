@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -36,7 +37,9 @@ def bob(laws: list[tuple[str, dict[str, Any]]], **state: Any) -> tuple[xp.Physic
     return engine, engine.add_object(xp.PhysicalObject(**state), laws=found)
 
 
-def net(seed: int = 0, count: int = 5, damping: float = 3.0, fixed: bool = False) -> tuple[xp.PhysicsEngine, list[xp.PhysicalObject]]:
+def net(
+    seed: int = 0, count: int = 5, damping: float = 3.0, fixed: bool = False
+) -> tuple[xp.PhysicsEngine, list[xp.PhysicalObject]]:
     """A net of springs, and dampers if there is ``damping``, in which each holds each."""
     rng = np.random.default_rng(seed)
     engine = xp.PhysicsEngine()
@@ -105,7 +108,7 @@ def test_a_hundred_stiff_springs_in_a_row_are_exact(end: float) -> None:
     x, v = rng.normal(size=(count, 3)), 1e3 * rng.normal(size=(count, 3))
     row = [engine.add_object(xp.PhysicalObject(mass=mass, position=x[k], velocity=v[k])) for k in range(count)]
     line = [walls[0], *row, walls[1]]
-    spring = engine.add_law("basic:spring", stiffness=stiffness, pairs=list(zip(line, line[1:], strict=False)))
+    spring = engine.add_law("basic:spring", stiffness=stiffness, pairs=list(itertools.pairwise(line)))
     for obj in line:
         engine.map(obj, spring)
     engine.run(until=end)
@@ -136,7 +139,13 @@ def test_a_thousand_gyrations_keep_their_phase(dt: float | None) -> None:
         n, v = b / size, mpmath.matrix([1, 2, mpmath.mpf(-0.5)])
         along = n * sum(n[k] * v[k] for k in range(3))
         across = v - along
-        side = mpmath.matrix([across[1] * n[2] - across[2] * n[1], across[2] * n[0] - across[0] * n[2], across[0] * n[1] - across[1] * n[0]])
+        side = mpmath.matrix(
+            [
+                across[1] * n[2] - across[2] * n[1],
+                across[2] * n[0] - across[0] * n[2],
+                across[0] * n[1] - across[1] * n[0],
+            ]
+        )
         turned = mpmath.mpf(end) * 3 * size / 2
         exact = along + across * mpmath.cos(turned) + side * mpmath.sin(turned)
     assert body.velocity == pytest.approx([float(one) for one in exact], rel=0, abs=1e-12)
@@ -145,13 +154,19 @@ def test_a_thousand_gyrations_keep_their_phase(dt: float | None) -> None:
 def test_a_free_body_flies_straight_as_seen_from_a_turntable_and_beside_it() -> None:
     w, end = 0.7, 5000.0
     engine, body = bob(
-        [("basic:rotating_frame", {"angular_velocity": (0.0, 0.0, w)})], position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.2)
+        [("basic:rotating_frame", {"angular_velocity": (0.0, 0.0, w)})],
+        position=(1.0, 0.0, 0.0),
+        velocity=(0.0, 1.0, 0.2),
     )
     engine.run(until=end)
     with mpmath.workdps(40):
         turned = mpmath.mpf(w) * mpmath.mpf(end)
         x, y = mpmath.mpf(1), mpmath.mpf(end) * (1 + mpmath.mpf(w))  # in the frame at rest
-        exact = (x * mpmath.cos(turned) + y * mpmath.sin(turned), y * mpmath.cos(turned) - x * mpmath.sin(turned), mpmath.mpf(0.2) * mpmath.mpf(end))
+        exact = (
+            x * mpmath.cos(turned) + y * mpmath.sin(turned),
+            y * mpmath.cos(turned) - x * mpmath.sin(turned),
+            mpmath.mpf(0.2) * mpmath.mpf(end),
+        )
     assert steppers_of(engine) == ["core:linear"]
     assert body.position == pytest.approx([float(one) for one in exact], rel=1e-14, abs=ROUNDINGS)
 
@@ -161,10 +176,15 @@ def test_a_free_body_flies_straight_as_seen_from_a_turntable_and_beside_it() -> 
 
 def test_one_row_reads_as_all_rows_do_to_the_bit() -> None:
     engine, objects = net()
-    laws = [engine.add_law("basic:linear_drag", coefficient=0.3), engine.add_law("basic:magnetic_field", field=(0.1, 0.2, 1.0))]
+    laws = [
+        engine.add_law("basic:linear_drag", coefficient=0.3),
+        engine.add_law("basic:magnetic_field", field=(0.1, 0.2, 1.0)),
+    ]
     rng = np.random.default_rng(5)
     more = [
-        xp.PhysicalObject(mass=1.0 + (k % 3), charge=float(k % 2), position=rng.normal(size=3), velocity=rng.normal(size=3))
+        xp.PhysicalObject(
+            mass=1.0 + (k % 3), charge=float(k % 2), position=rng.normal(size=3), velocity=rng.normal(size=3)
+        )
         for k in range(40)
     ]
     for k, obj in enumerate(more):
@@ -186,7 +206,10 @@ def test_many_rows_of_other_numbers_have_the_bits_of_each_alone(monkeypatch: pyt
     for many in (10, 10**9):
         monkeypatch.setattr("xpheve.steppers.mode_table.MANY", many)
         engine = xp.PhysicsEngine()
-        laws = [engine.add_law("basic:magnetic_field", field=(0.0, 0.0, 2.0)), engine.add_law("basic:spring_to_point", stiffness=5.0)]
+        laws = [
+            engine.add_law("basic:magnetic_field", field=(0.0, 0.0, 2.0)),
+            engine.add_law("basic:spring_to_point", stiffness=5.0),
+        ]
         for k in range(30):
             engine.add_object(xp.PhysicalObject(mass=1.0 + 0.1 * k, charge=1.0, position=(1.0, 2.0, 3.0)), laws=laws)
         engine.run(until=3.0)
@@ -203,8 +226,11 @@ def test_nothing_is_evaluated_between_reads() -> None:
 
 
 def test_a_body_spins_freely_beside_its_swing() -> None:
-    engine, body = bob(
-        [("basic:spring_to_point", {})], position=(1.0, 0.0, 0.0), inertia=(1.0, 2.0, 3.0), angular_velocity=(0.1, 2.0, 0.1)
+    engine, _ = bob(
+        [("basic:spring_to_point", {})],
+        position=(1.0, 0.0, 0.0),
+        inertia=(1.0, 2.0, 3.0),
+        angular_velocity=(0.1, 2.0, 0.1),
     )
     spin, kinetic = engine.angular_momentum(), engine.energy().total
     engine.run(until=1e3)

@@ -162,7 +162,9 @@ def test_slow_modes_beside_stiff_ones_have_all_their_digits() -> None:
     flow = flow_of(k, Wide(np.zeros((2, 2))), np.ones(2))
     assert isinstance(flow, ModalFlow)
     with mpmath.workdps(60):
-        exact = min(abs(one) for one in mpmath.eigsy(mpmath.matrix([[number(k, i, j) for j in (0, 1)] for i in (0, 1)]))[0])
+        exact = min(
+            abs(one) for one in mpmath.eigsy(mpmath.matrix([[number(k, i, j) for j in (0, 1)] for i in (0, 1)]))[0]
+        )
         slow = min(abs(mode.constants[0][0][0]) for mode in flow.modes)
         assert abs(slow - exact) <= 1e-14 * exact
 
@@ -189,7 +191,9 @@ SIZES = st.floats(-12.0, 12.0)
 
 @given(SIZES, SIZES, st.floats(-4.0, 4.0), st.sampled_from([0.0, 0.01, 1.0, 50.0]))
 @settings(max_examples=40, deadline=None)
-def test_two_spans_are_their_sum_whatever_the_scales(stiffness: float, mass: float, span: float, damping: float) -> None:
+def test_two_spans_are_their_sum_whatever_the_scales(
+    stiffness: float, mass: float, span: float, damping: float
+) -> None:
     k, m = chain(3, 10.0**stiffness, True), 10.0**mass * np.array([1.0, 3.0, 0.5])
     rate = np.sqrt(10.0**stiffness / 10.0**mass)
     d = Wide(np.diag([-damping * rate * m[0], 0.0, 0.0]))
@@ -221,7 +225,7 @@ def test_an_undamped_net_turns_back_and_keeps_its_energy(stiffness: float, ratio
     way, speed = after(flow, v, np.zeros(3), s)
     energy, before = 0.5 * (m * speed * speed).sum() - 0.5 * way @ (k.high @ way), 0.5 * (m * v * v).sum()
     assert abs(energy - before) <= 1e-12 * before
-    back, home = after(flow, -speed, (k @ Wide(way)).high / m, s)
+    _, home = after(flow, -speed, (k @ Wide(way)).high / m, s)
     assert np.abs(np.sqrt(m) * (home + v)).max() <= 1e-11 * np.sqrt(before)
 
 

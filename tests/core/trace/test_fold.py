@@ -27,7 +27,11 @@ class Reach(FieldLaw):
 
     def force(self, body: Any) -> Any:
         far = body.position.norm()
-        pushed = np.where(self.push > 0.0, self.push * body.position / np.maximum(far, 1e-9 * far), 0.0 * body.velocity * self.stiffness)
+        pushed = np.where(
+            self.push > 0.0,
+            self.push * body.position / np.maximum(far, 1e-9 * far),
+            0.0 * body.velocity * self.stiffness,
+        )
         return -self.stiffness * (far - self.length) * (body.position / far) + pushed * 0.0
 
 

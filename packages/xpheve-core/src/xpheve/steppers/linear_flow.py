@@ -337,15 +337,15 @@ def eigenvectors(a: Wide) -> Wide:
     Ogita and Aishima, algorithm 1. Eigenvalues too close to be told apart are taken together, and their part of the matrix, which is small,
     is diagonalised by itself.
     """
-    a = (a + a.transposed).scaled(0.5)
+    a = _evened(a)
     n, norm = a.shape[0], _norm(a)
     every = np.arange(n)
     x = Wide(np.linalg.eigh(a.high)[1])
     for _ in range(ROUNDS):
         turned = x.transposed
-        rest, d = identity(n) - turned @ x, turned @ (a @ x)
         # Symmetric to the last bit: close eigenvalues make much of what is not, and columns oblique.
-        rest, d = 0.5 * (rest.high + rest.high.T), (d + d.transposed).scaled(0.5)
+        rest = _evened(identity(n) - turned @ x).high
+        d = _evened(turned @ (a @ x))
         off = d.high - np.diag(d.high.diagonal())
         if np.abs(off).max(initial=0.0) + norm * np.abs(rest).max(initial=0.0) <= 0.01 * ALIKE * norm:
             break
@@ -357,6 +357,11 @@ def eigenvectors(a: Wide) -> Wide:
             change = np.where(apart, (off + values.high[None, :] * rest) / gaps, 0.5 * rest)
         x = _untangled(x + x @ Wide(change), d, rest, apart)
     return x
+
+
+def _evened(a: Wide) -> Wide:
+    """The symmetric part."""
+    return (a + a.transposed).scaled(0.5)
 
 
 def _untangled(x: Wide, d: Wide, rest: Array, apart: NDArray[np.bool_]) -> Wide:
