@@ -530,7 +530,7 @@ class BatchSources:
         """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
         from xpheve.plan.linear_form import form_of_rows
 
-        return form_of_rows(self.world, self.laws, rows)
+        return form_of_rows(self.world, self.laws, rows, self.sets)
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
