@@ -312,25 +312,35 @@ class PairLaw(ContinuousLaw):
     It acts on every pair of objects that are both mapped to it; with ``between`` on the pairs of one object of the first and one of
     the second group; with ``pairs`` on these alone, such as the springs of a network. The first of a pair as given is ``a``.
 
+    ``one_sided`` says that of ``between`` the first only act, and the second only feel it: a planet and the dust that it pulls. What acts
+    is then moved on first, in steps of its own, and feels nothing of those that it acts on, so that momentum is not conserved.
+
     Parameters
     ----------
     between
         Two objects, or two lists of objects.
     pairs
         Pairs of objects, each pair once in either order.
+    one_sided
+        Whether only the second of ``between`` feel the law.
     name, enabled, **parameters
         As in `PhysicalLaw`.
 
     Raises
     ------
     InvalidValueError
-        If ``between`` or ``pairs`` is not of that form, or both are given.
+        If ``between`` or ``pairs`` is not of that form, or both are given; if ``one_sided`` has no ``between``, or one with an object on both sides.
     """
 
     cutoff: Any = math.inf
     """Distance [m] from which on force and potential are exactly 0, whatever the methods say: a number, a property, or
     ``cutoff = Param(2.5, unit="m", gt=0)``; None is as infinite. The potential must come to 0 there, so subtract its value at the
     cutoff: else energy jumps by that value whenever a pair passes the cutoff."""
+
+    error: Any = 0.0
+    """Relative error, of each body's whole force by the law, that sums over many bodies may have: the 99th percentile of the bodies; a
+    number, a property, or ``error = Param(0.0, unit="1", ge=0, le=0.1)``. 0: sums are exact to rounding. Laws that fall with the square of
+    the distance are then summed by a tree where that is faster."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -349,6 +359,7 @@ class PairLaw(ContinuousLaw):
         *,
         between: tuple[Iterable[PhysicalObject], Iterable[PhysicalObject]] | None = None,
         pairs: Iterable[tuple[PhysicalObject, PhysicalObject]] | None = None,
+        one_sided: bool = False,
         name: str = "",
         enabled: bool = True,
         **parameters: Any,
@@ -364,7 +375,42 @@ class PairLaw(ContinuousLaw):
         self.pairs: tuple[tuple[PhysicalObject, PhysicalObject], ...] | None = None
         if pairs is not None:
             self.pairs = _pairs(pairs, self.label())
+        self.one_sided = one_sided
+        self.check_sides()
+        self._sided: tuple[Any, dict[PhysicalObject, int]] = (None, {})
         self._joined: tuple[Any, dict[PhysicalObject, list[PhysicalObject]]] = (None, {})
+
+    def check_sides(self) -> None:
+        """Raise `InvalidValueError` if it is one-sided, and its sides are none."""
+        if not isinstance(self.one_sided, bool):
+            raise InvalidValueError(f"{self.label()}: one_sided = {self.one_sided!r}: True or False is needed")
+        if not self.one_sided:
+            return
+        if self.between is None:
+            raise InvalidValueError(
+                f"{self.label()}: one_sided says who acts on whom: give between=(sources, targets) with it"
+            )
+        both = set(self.between[0]).intersection(self.between[1])
+        if both:
+            named = min(both, key=lambda obj: obj.serial)
+            raise InvalidValueError(
+                f"{self.label()}: {named!r} is among the sources and the targets of between; what the sources do to one another "
+                "is a law of its own, that is not one_sided"
+            )
+
+    def side_of(self, obj: PhysicalObject) -> int:
+        """On which side of ``between`` an object is: 1 for the first, 2 for the second, 3 for both, 0 for none."""
+        if self._sided[0] is not self.between:
+            found: dict[PhysicalObject, int] = {}
+            for number, side in zip((1, 2), self.between or ((), ()), strict=True):
+                for one in side:
+                    found[one] = found.get(one, 0) | number
+            self._sided = (self.between, found)
+        return self._sided[1].get(obj, 0)
+
+    def moves(self, obj: PhysicalObject) -> bool:
+        """Whether an object that is mapped to the law feels it: all do, but for the sources of a one-sided one."""
+        return not self.one_sided or self.side_of(obj) == 2
 
     @property
     def named(self) -> tuple[PhysicalObject, ...] | None:
@@ -385,6 +431,19 @@ class PairLaw(ContinuousLaw):
     def reach(self) -> float:
         """The cutoff [m] as it is now, infinite if there is none; raises `LawDefinitionError` if it is no length above 0."""
         return _length(self.cutoff, self.label())
+
+    def allowed_error(self) -> float:
+        """The relative error that sums may have, as it is now; raises `LawDefinitionError` if it is not from 0 to 0.1."""
+        try:
+            found = math.nan if isinstance(self.error, (bool, str)) else float(self.error)
+        except (TypeError, ValueError):
+            found = math.nan
+        if not 0.0 <= found <= 0.1:
+            raise LawDefinitionError(
+                f"{self.label()}.error = {self.error!r}: a relative error from 0, for exact sums, to 0.1 is needed; of a parameter: "
+                'error = Param(0.0, unit="1", ge=0, le=0.1)'
+            )
+        return found
 
     @silent
     def force(self, a: BodyView, b: BodyView) -> Any:

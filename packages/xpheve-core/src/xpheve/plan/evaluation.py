@@ -21,7 +21,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
-from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.steppers.contract import Array, Attraction, Rows, Signature
 from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
@@ -359,6 +359,8 @@ class BatchSources:
                 else:
                     self.flows.append((law, mask))
             elif isinstance(law, PairLaw):
+                if law.one_sided:  # targets of other batches are no affair of this one
+                    members = [obj for obj in members if obj in rows or law.side_of(obj) == 1]
                 self.pairs.append((law, PairSet(law, members, [obj not in rows for obj in members])))
         self.masks = dict(self.fields)
         self.sets = dict(self.pairs)
@@ -366,6 +368,16 @@ class BatchSources:
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
+        apart = used[~(bodies.fixed[used] | bodies.driven[used])]
+        self.suns: Rows = apart[~np.isin(apart, list(rows.values()))]
+        """The rows of moving objects of other batches that act on the batch by one-sided laws."""
+        self.ring = any(
+            law.one_sided and law.between is not None and any(obj in rows for obj in law.between[0])
+            for law, _ in self.pairs
+        )
+        """Whether a one-sided law acts from one row of the batch on another."""
+        self.lent = (*(["driven"] if len(self.hands) else []), *(["sources"] if len(self.suns) or self.ring else []))
+        """Who acts on the batch and shares no potential energy with it; see `xpheve.plan.groups.Batch`."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
         self.twists = np.zeros(bodies.capacity, dtype=bool)
         for law, mask in self.fields:
@@ -458,6 +470,10 @@ class BatchSources:
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
+            elif len(self.suns):
+                self.why_alone = "objects that move act on it by one-sided laws"
+            elif self.ring:
+                self.why_alone = "one-sided laws act from one of its objects on another"
             elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
                 self.why_alone = f"more than {LISTABLE} pairs between objects that are named"
             elif alone:
@@ -466,6 +482,12 @@ class BatchSources:
                 self._try_kernels()
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows``; see `xpheve.steppers.contract.Sources`."""
+        from xpheve.plan.forms import attractions
+
+        return attractions(self, rows)
 
     @property
     def motion(self) -> Any:
@@ -503,6 +525,12 @@ class BatchSources:
             self._program.forget_parameters()
         if self._motion is not None:
             self._motion.forget()
+
+    def linear(self, rows: Rows) -> Any:
+        """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
+        from xpheve.plan.linear_form import form_of_rows
+
+        return form_of_rows(self.world, self.laws, rows)
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
@@ -633,7 +661,7 @@ class BatchSources:
             if name not in held:
                 whole: Array = bodies.arrays[name][:, : bodies.count].copy()
                 whole[:, rows] = state[name]
-                for row in self.hands.tolist():
+                for row in (*self.hands.tolist(), *self.suns.tolist()):
                     whole[:, row] = self.world.read_row(row, name, t)
                 held[name] = whole
             return held[name]
@@ -646,8 +674,9 @@ class BatchSources:
             if not len(a):
                 continue
             found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
-            add_opposite(total, place[a], place[b], found)
-            if len(self.hands):
-                by_hand = bodies.driven[a] | bodies.driven[b]
-                add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
+            felt = np.full(len(a), -1) if law.one_sided else place[a]
+            add_opposite(total, felt, place[b], found)
+            if self.lent:
+                moved = bodies.driven[a] | bodies.driven[b] | (law.one_sided & ~bodies.fixed[a])
+                add_opposite(lent, felt[moved], place[b[moved]], found[:, moved])
         return _Effect(slice(None), total, None, lent if law.defines("potential") else total, reads)

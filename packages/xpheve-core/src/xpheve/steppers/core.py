@@ -7,6 +7,9 @@ from importlib import import_module
 from xpheve.steppers.contract import Stepper
 
 ALONG: dict[str, str] = {
+    "core:implicit": "implicit:Implicit",
+    "core:kepler": "kepler:Kepler",
+    "core:linear": "linear:Linear",
     "core:splitting": "splitting:Splitting",
     "core:symplectic2": "symplectic:Symplectic2",
     "core:symplectic4": "symplectic:Symplectic4",

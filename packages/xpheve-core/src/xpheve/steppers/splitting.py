@@ -125,8 +125,9 @@ class Splitting(Stepped):
         work, rest = two_sums(state.arrays["work"][0], joules + state.arrays["work_rest"][0])
         state.arrays["work"], state.arrays["work_rest"] = work[None], rest[None]
 
-    def worked(self, state: State, t: Instant) -> Array:
-        return np.concatenate([super().worked(state, t), self._past(state, t) * state.arrays["gain"]])
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
+        found: Array = (self._past(state, t) * state.arrays["gain"])[0, places]
+        return found
 
     def _past(self, state: State, t: Instant) -> Array:
         """How much of the present step is over at ``t``, (1, rows)."""
