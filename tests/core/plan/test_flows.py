@@ -61,7 +61,7 @@ def test_what_a_flow_may_not_return_is_told_before_anything_moves(result: Any, s
     ids=["a step of Euler's", "no time needed", "chance"],
 )  # fmt: skip
 def test_what_is_no_exact_solution_is_refused(flow: Any, said: str) -> None:
-    with pytest.raises(LawFailedError, match="is no exact solution: of velocity of .*body0") as failure:
+    with pytest.raises(LawFailedError, match=r"is no exact solution: of velocity of .*body0") as failure:
         run(law("Odd", flow))
     assert said in str(failure.value) and "write it as the force of a FieldLaw" in str(failure.value)
 
@@ -114,7 +114,7 @@ def test_a_flow_that_fails_can_be_disabled() -> None:
 def test_a_class_says_one_thing() -> None:
     with pytest.raises(LawDefinitionError, match="is a FlowLaw and has force, which would act twice"):
         law("Both", lambda self, body, dt: {}, force=lambda self, body: body.velocity)
-    with pytest.raises(LawDefinitionError, match="kernel = 'some.file': a FlowLaw has none"):
+    with pytest.raises(LawDefinitionError, match=r"kernel = 'some\.file': a FlowLaw has none"):
         law("Kernel", lambda self, body, dt: {}, kernel="some.file")
     with pytest.raises(LawDefinitionError, match="says nothing yet"):
         xp.PhysicsEngine().add_law(type("Nothing", (xp.FlowLaw,), {"id": "test:nothing"}))

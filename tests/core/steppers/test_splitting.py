@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ class Gyration(xp.FlowLaw):
     """A uniform magnetic field: the velocity turns about it at the rate -q B / m."""
 
     id = "test:gyration"
-    columns = {"charge": xp.Column(1.0, unit="C")}
+    columns: ClassVar[dict[str, xp.Column]] = {"charge": xp.Column(1.0, unit="C")}
     field = xp.Param((0.0, 0.0, 1.0), unit="T")
 
     def flow(self, body: Any, dt: float) -> Any:

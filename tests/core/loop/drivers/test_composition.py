@@ -69,7 +69,9 @@ def test_any_cut_of_a_run_gives_the_same_bits(method: Method) -> None:
 
 @pytest.mark.parametrize("method", [LEAPFROG, COMPOSED_8], ids=["kick first", "drift first"])
 def test_interpreted_and_compiled_give_the_same_bits(method: Method) -> None:
-    runs = [Run(method, make(TEXT)).go(50, 77).state() for make in (interpreted, lambda text: compiled(text, what="test"))]
+    runs = [
+        Run(method, make(TEXT)).go(50, 77).state() for make in (interpreted, lambda text: compiled(text, what="test"))
+    ]
     assert runs[0] == runs[1]
 
 

@@ -290,6 +290,7 @@ class Symplectic4(Symplectic):
     id: ClassVar[str] = "core:symplectic4"
     promise: ClassVar[str] = "symplectic, fourth order in the step; energy does not drift"
     order: ClassVar[int] = 4
+    limit: ClassVar[float] = 3.16
     method: ClassVar[Method] = NYSTROM_4
 
 
@@ -299,6 +300,7 @@ class Symplectic6(Symplectic):
     id: ClassVar[str] = "core:symplectic6"
     promise: ClassVar[str] = "symplectic, sixth order in the step; energy does not drift"
     order: ClassVar[int] = 6
+    limit: ClassVar[float] = 3.14
     method: ClassVar[Method] = NYSTROM_6
 
 
@@ -308,6 +310,7 @@ class Symplectic8(Symplectic):
     id: ClassVar[str] = "core:symplectic8"
     promise: ClassVar[str] = "symplectic, eighth order in the step; energy does not drift"
     order: ClassVar[int] = 8
+    limit: ClassVar[float] = 3.09
     method: ClassVar[Method] = COMPOSED_8
 
 
