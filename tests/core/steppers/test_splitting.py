@@ -107,12 +107,12 @@ def exact(t: float) -> np.ndarray:
 @pytest.mark.parametrize("until", [2.0, 1.987])
 def test_several_flows_and_a_force_are_of_second_order(until: float) -> None:
     gaps = []
-    for steps in (40, 80, 160):
+    for steps in (20, 40, 80):
         engine, body = scene(Gyration, Drag, Well)
         engine.run(until=until, dt=2.0 / steps)
         gaps.append(np.abs(np.array([*body.position, *body.velocity]) - exact(until)).max())
         assert abs(engine.energy().balance - 1.045) < 0.3 / steps**2 * 4
-    assert gaps[0] < 5e-4
+    assert gaps[0] < 2e-3
     assert np.log2(np.array(gaps[:-1]) / gaps[1:]) == pytest.approx([2.0, 2.0], abs=0.1)
 
 
@@ -139,7 +139,7 @@ def test_spins_flow_beside_torques_to_second_order() -> None:
         engine.run(until=1.0, dt=1.0 / steps)
         return np.array([*body.orientation, *body.angular_velocity])
 
-    best = spun(512)
+    best = spun(256)
     gaps = [np.abs(spun(steps) - best).max() for steps in (32, 64)]
     assert gaps[0] < 1e-3 and math.log2(gaps[0] / gaps[1]) == pytest.approx(2.0, abs=0.15)
 
@@ -149,8 +149,8 @@ def test_work_of_flows_and_forces_without_potential_is_booked() -> None:
     body.add_force((0.0, 0.0, 0.2))
     before = engine.energy().balance
     for t in (0.313, 0.9, 1.0, 2.0):
-        engine.run(until=t, dt=0.002)
-        assert abs(engine.energy().balance - before) < 4e-6
+        engine.run(until=t, dt=0.005)
+        assert abs(engine.energy().balance - before) < 2.5e-5
     assert engine.energy().work < -0.1
 
 
@@ -171,7 +171,7 @@ def test_an_event_inside_a_step_divides_it() -> None:
         engine.run(until=2.0, dt=dt)
         return np.array(body.position)
 
-    fine = kicked(0.002)
+    fine = kicked(0.005)
     assert np.abs(kicked(0.1) - fine).max() < 4e-3
     assert np.abs(kicked(0.02) - fine).max() < 1.5e-4
 

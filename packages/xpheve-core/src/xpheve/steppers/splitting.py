@@ -12,7 +12,7 @@ from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.steppers.contract import Array, Grid, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.midpoint import MidpointStep, two_sums
-from xpheve.steppers.nodes import Node, cubic
+from xpheve.steppers.nodes import Newton, Node, cubic
 from xpheve.steppers.stepped import Stepped, rate_of
 
 NAMES = ("position", "velocity", "orientation", "angular_velocity")
@@ -109,8 +109,8 @@ class Splitting(Stepped):
             state.arrays[f"{name}_turn"] = np.concatenate([values["orientation"], rate, none])
         state.arrays["span"] = np.full((1, state.count), span)
 
-    def between(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-        return cubic(begin, end, span, s)
+    def path(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+        return cubic(begin, end, span)
 
     # Work
 

@@ -27,7 +27,7 @@ from xpheve.steppers.contract import (
     Stop,
 )
 from xpheve.steppers.flights import FlightState
-from xpheve.steppers.nodes import Node, between
+from xpheve.steppers.nodes import Newton, Node, octic
 from xpheve.steppers.stepped import PLACES, TURNS, Stepped
 
 # Methods --------------------------------------------------------------------------------------------------------------
@@ -171,8 +171,8 @@ class Symplectic(Stepped):
         self._put_beginning(state, bodies, grid.point(steps - 1))
         return Stop(self.covered(state), state.rows)
 
-    def between(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-        return between(begin, end, earlier, span, ago, s)
+    def path(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+        return octic(begin, end, earlier, span, ago)
 
 
 class _Run:
