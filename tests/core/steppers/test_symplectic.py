@@ -364,7 +364,7 @@ FIGURE_EIGHT = (
 
 @pytest.mark.stress
 def test_energy_walks_at_random() -> None:
-    """The mean square over shifted starts grows no faster than a random walk's."""
+    """The root mean square over shifted starts grows no faster than a random walk's; measured 0.35, and 0.48 over the last two decades."""
     marks = (1_000, 10_000, 100_000, 1_000_000)
     drift = []
     for k in range(20):
@@ -372,12 +372,12 @@ def test_energy_walks_at_random() -> None:
         body.position = (math.nextafter(START[0], 2.0) + 3e-16 * k, 1e-3 * k, 0.0)
         begin, row = engine.energy().total, []
         for mark in marks:
-            engine.run(until=mark * 0.05, dt=0.05)
+            engine.run(until=mark * 0.02, dt=0.02)
             row.append(engine.energy().total / begin - 1.0)
         drift.append(row)
     rms = np.sqrt((np.array(drift) ** 2).mean(axis=0))
     slope = np.polyfit(np.log(marks), np.log(rms), 1)[0]
-    assert slope < 0.55 and rms[-1] < 1e-13
+    assert slope < 0.55 and rms[-1] < 2e-14
 
 
 # Rotation
@@ -424,6 +424,20 @@ def test_a_top_keeps_energy_and_the_momentum_about_the_vertical(inertia: tuple[f
     engine.run(until=20.0, dt=0.02)
     assert abs(engine.energy().total / before - 1.0) < 5e-14
     assert abs(engine.angular_momentum()[2] / about - 1.0) < 5e-14
+
+
+@pytest.mark.parametrize("stepper", ["", "core:symplectic4"])
+def test_what_a_potential_stands_for_is_no_work_of_torques(stepper: str) -> None:
+    engine = xp.PhysicsEngine(stepper=stepper)
+    body = xp.PhysicalObject(mass=1.0, inertia=(1.0, 2.0, 2.5), angular_velocity=(0.6, -2.0, 4.0))
+    engine.add_object(body, laws=[engine.add_law(Weight)])
+    before = engine.energy()
+    engine.run(until=1.0, dt=0.01)
+    assert engine.energy().work == 0.0
+    assert engine.energy().balance == pytest.approx(before.balance, abs=1e-3)
+    body.add_force(xp.Force((0.0, 0.0, 0.0), torque=(0.1, 0.0, 0.0)))
+    engine.run(until=2.0, dt=0.01)
+    assert abs(engine.energy().work) > 1e-2
 
 
 def test_a_top_is_read_between_steps() -> None:
