@@ -30,8 +30,7 @@ def account(
     transaction = world.transaction
     stored = transaction.touched[obj].forces if transaction is not None else world.forces.on(obj)
     number = int(world.bodies.batch[obj._row])
-    torque = world.batches[number].state.arrays.get("torque") if number >= 0 else None
-    turned = torque is not None and torque[:, int(world.bodies.local[obj._row])].any()
+    turned = number >= 0 and bool(twisted(world, world.batches[number])[int(world.bodies.local[obj._row])])
     works = number >= 0 and world.batches[number].working is not None
     running = _running(world, number, obj)
     if not works and not turned and running is None and all(one.accounted for one in stored):
@@ -84,9 +83,9 @@ def take_work(world: World, batch: Batch, locals_: Sequence[int]) -> None:
 
 def snapshot(world: World, batch: Batch, sources: BatchSources | None = None) -> dict[str, Array] | None:
     """The flights of a batch that end now, if work is to be booked over them, and over those to come under ``sources``."""
-    under_torque = twisted(batch)
+    under_torque = twisted(world, batch)
     if sources is not None:
-        under_torque = under_torque | sources.twists[batch.state.rows]
+        under_torque = under_torque | sources.working_twists[batch.state.rows]
     rows, bodies = batch.state.rows, world.bodies
     works = not batch.stepper.books_work and (
         batch.working is not None or bool(bodies.arrays["working"][:, rows].any())
