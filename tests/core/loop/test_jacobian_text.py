@@ -72,19 +72,28 @@ def scene(seed: int, named: bool) -> tuple[xp.PhysicsEngine, list[Any]]:
     return engine, bodies
 
 
-def evaluate(motion: Motion, state: dict[str, Any], run: Any, text: str = "") -> tuple[Any, Any, Any, _Buffers]:
-    """The matrices da/dx and da/dv of all blocks, one after another, and the accelerations."""
-    held = _Buffers(motion)
-    x, v = motion.pack(state, START)
-    for name, values in ((at.X, x), (at.V, v), (at.X_STAGE, x), (at.V_STAGE, v)):
-        held.vector(name)[...] = values
-    held.s[at.NEXT], held.s[at.RTOL], held.s[at.ATOL] = 1.0, 1e-6, 1e-9
-    entry = ENTRY.format(x=at.X, v=at.V, matrices=at.MATRICES, area=at.AREA, a=at.A, w=at.W_FORCE)
-    whole = assemble(motion.text.text() + (text or jacobian_text(motion.text)) + _functions() + entry, {})
-    buffers = [held.s, motion._parameters(), np.zeros(1), motion._constants(), np.zeros(1)]
-    run(whole)(buffers, [motion._lists[0], motion._lists[1], held.d, *motion._lists[3:]])
-    first, area = int(held.d[at.MATRICES]), int(held.d[at.AREA])
-    return held.s[first : first + area].copy(), held.s[first + area : first + 2 * area].copy(), held.vector(at.A).copy(), held
+class Runner:
+    """Finds accelerations of a motion and their derivatives at any state, by ``run`` of the text."""
+
+    def __init__(self, motion: Motion, run: Any, text: str = "") -> None:
+        self.motion, self.held = motion, _Buffers(motion)
+        self.held.s[at.NEXT], self.held.s[at.RTOL], self.held.s[at.ATOL] = 1.0, 1e-6, 1e-9
+        entry = ENTRY.format(x=at.X, v=at.V, matrices=at.MATRICES, area=at.AREA, a=at.A, w=at.W_FORCE)
+        functions = _functions() if text else ""
+        self.kernel = run(assemble(motion.text.text() + (text or jacobian_text(motion.text)) + functions + entry, {}))
+
+    def __call__(self, state: dict[str, Any]) -> tuple[Any, Any, Any]:
+        """The matrices da/dx and da/dv of all blocks, one after another, and the accelerations."""
+        held, motion = self.held, self.motion
+        x, v = motion.pack(state, START)
+        for name, values in ((at.X, x), (at.V, v)):
+            held.vector(name)[...] = values
+        first, area = int(held.d[at.MATRICES]), int(held.d[at.AREA])
+        held.s[first : first + 2 * area] = 0.0
+        buffers = [held.s, motion._parameters(), np.zeros(1), motion._constants(), np.zeros(1)]
+        self.kernel(buffers, [motion._lists[0], motion._lists[1], held.d, *motion._lists[3:]])
+        both = held.s[first : first + 2 * area].copy()
+        return both[:area], both[area:], held.vector(at.A).copy()
 
 
 def _functions() -> str:
@@ -110,7 +119,9 @@ def prepared(seed: int, named: bool) -> tuple[Motion, dict[str, Any]]:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_derivatives_are_those_of_the_forces(seed: int, named: bool) -> None:
     motion, state = prepared(seed, named)
-    by_x, by_v, _, held = evaluate(motion, state, interpreted)
+    run = Runner(motion, interpreted)
+    held = run.held
+    by_x, by_v, _ = run(state)
     d, order = held.d, motion.held.order
     assert held.moving == 5 or named
     for matrix, name in ((by_x, "position"), (by_v, "velocity")):
@@ -124,7 +135,7 @@ def test_derivatives_are_those_of_the_forces(seed: int, named: bool) -> None:
                 for sign in (1.0, -1.0):
                     moved = {key: values.copy() for key, values in state.items()}
                     moved[name][column % 3, order[members[column // 3]]] += sign * h
-                    parts.append(evaluate(motion, moved, interpreted)[2])
+                    parts.append(run(moved)[2])
                 slope = (parts[0] - parts[1]) / (2.0 * h)
                 expected = np.array([slope[r % 3, members[r // 3]] for r in range(3 * count)])
                 np.testing.assert_allclose(found[:, column], expected, rtol=1e-6, atol=1e-7)
@@ -132,11 +143,11 @@ def test_derivatives_are_those_of_the_forces(seed: int, named: bool) -> None:
 
 def test_differences_serve_where_no_trace_does() -> None:
     motion, state = prepared(3, True)
-    for one, other in zip(evaluate(motion, state, interpreted)[:2], evaluate(motion, state, interpreted, DIFFERENCES)[:2], strict=True):
+    for one, other in zip(Runner(motion, interpreted)(state)[:2], Runner(motion, interpreted, DIFFERENCES)(state)[:2], strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
 
 
 def test_bits_are_the_same_interpreted_and_compiled() -> None:
     motion, state = prepared(4, True)
-    for one, other in zip(evaluate(motion, state, interpreted)[:3], evaluate(motion, state, compiled)[:3], strict=True):
+    for one, other in zip(Runner(motion, interpreted)(state), Runner(motion, compiled)(state), strict=True):
         assert one.tobytes() == other.tobytes()

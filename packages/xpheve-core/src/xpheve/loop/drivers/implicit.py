@@ -52,7 +52,7 @@ JACOBIANS = 26
 TABLE = 27  # places in s: of the coefficients of 3, 5, 7 stages
 MATRICES = 30  # da/dx, da/dv, then the real system, and the pairs of parts of the complex ones
 LISTS = 31  # place in d: of the blocks, four numbers each: first of the members in d, how many, place in the area, first pivot in d
-ONCE = 58  # 1 for one step a call
+ONCE = 59  # 1 for one step a call
 HEADER = 64  # then, for each of M rows, what `jacobians` needs: row start, width of a row, column; see `xpheve.loop.jacobian_text`
 
 DONE = 0
@@ -98,17 +98,18 @@ W_STAGE = 43
 X_SCALE = 44  # tolerances
 V_SCALE = 45
 WORK = 46  # before the last step, what rounding lost of it, and of the last step, one a row
-LEFT = 47  # right sides of linear systems
-LEFT_IM = 48
-X_ERROR = 49
-V_ERROR = 50
-P = 51  # the estimate before it is filtered
-Q = 52
-GAIN = 53  # W
-WAY = 54  # Z
-RIGHT = 55  # residuals
-STEP_GAIN = 56  # corrections
-CURVE = 57  # polynomial of what the velocity gained in the last step
+STORED = 47  # stored forces without potential
+LEFT = 48  # right sides of linear systems
+LEFT_IM = 49
+X_ERROR = 50
+V_ERROR = 51
+P = 52  # the estimate before it is filtered
+Q = 53
+GAIN = 54  # W
+WAY = 55  # Z
+RIGHT = 56  # residuals
+STEP_GAIN = 57  # corrections
+CURVE = 58  # polynomial of what the velocity gained in the last step
 POWER = STEP_GAIN  # polynomial of the work of the last step
 
 SAFETY = 0.9
@@ -384,22 +385,27 @@ def weighted(s: list[float], weights: int, values: int, stages: int, span: int) 
 
 
 def book(f: Buffers, n: Buffers, h: float) -> int:
-    """Find the work of forces without potential: the integral of the polynomial through their powers at the nodes.
+    """Find the work of the laws' forces without potential: the integral of the polynomial through their powers at the nodes.
 
-    Its coefficients of theta, theta^2, ... go to ``POWER``, ``k * N + i``; to the work before is added the work of the step before.
+    Its coefficients of theta, theta^2, ... go to ``POWER``, ``k * N + i``; to the work before is added that of the step before, with the work of
+    stored forces, which goes by the way alone.
     """
     s = f[0]
     d = n[2]
     stages, rows, moving = d[STAGES], d[ROWS], d[MOVING]
     v, w, work, right, to, inverse = d[V_STAGE], d[W_STAGE], d[WORK], d[RIGHT], d[POWER], a_table(d) + 2 * stages * stages
+    stored, x, x_begin = d[STORED], d[X], d[X_BEGIN]
     for i in range(moving):
-        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + 2 * rows + i] + s[work + rows + i])
+        total = s[work + 2 * rows + i]
+        for c in range(i, i + 3 * rows, rows):
+            total = total + s[stored + c] * (s[x + c] - s[x_begin + c])
+        s[work + i], s[work + rows + i] = two_sum(s[work + i], total + s[work + rows + i])
     for j in range(stages):
         stage(f, n, j, h, d[A_STAGE])
         for i in range(moving):
             total = 0.0
             for c in range(i, i + 3 * rows, rows):
-                total = total + s[w + c] * s[v + c]
+                total = total + (s[w + c] - s[stored + c]) * s[v + c]
             s[right + j * rows + i] = s[table(d) + j] * total
     for i in range(moving):
         total = 0.0
@@ -485,8 +491,8 @@ def iterate(f: Buffers, n: Buffers, h: float) -> float:
             here = size / old
             theta = here if count == 2.0 else math.sqrt(here * quotient_before)
             quotient_before = here
-            if theta >= 0.99:
-                return 0.5
+            if theta >= 0.99:  # corrections that are small, and shrink no more, are rounding's
+                return -count if size < 0.01 else 0.5
             rate = theta / (1.0 - theta)
             expected = rate * size * power(theta, most - 1.0 - count) / wanted
             if expected >= 1.0:
