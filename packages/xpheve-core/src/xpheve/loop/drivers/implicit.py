@@ -117,6 +117,7 @@ GROWTH = 8.0
 SHRINKAGE = 0.2
 SMALLEST = 1e-15  # of the time at hand
 EPSILON = 2.3e-16
+PERSISTENCE = 20.0  # more iterations for steps of given length, which are not to be cut
 PATIENCE = 10  # steps with one number of stages before there may be more
 
 
@@ -475,7 +476,7 @@ def iterate(f: Buffers, n: Buffers, h: float) -> float:
     s = f[0]
     d = n[2]
     stages = d[STAGES]
-    most, relative = limit_of(stages), tolerance(s, d)
+    most, relative = limit_of(stages) + PERSISTENCE * d[FIXED], tolerance(s, d)
     wanted = max(10.0 * EPSILON / relative, min(0.03, power(relative, 1.0 / inner(stages) - 1.0)))
     rate, theta, quotient_before, old, count = power(max(s[RATE], EPSILON), 0.8), 0.0, 0.0, 0.0, 0.0
     while count < most:
