@@ -61,7 +61,9 @@ def test_rows_are_exchanged_where_the_pivot_is_zero() -> None:
     assert s[4:] == [(8.0 - 3.0) / 4.0, 3.0]
 
 
-@pytest.mark.parametrize("matrix", [[1.0, 2.0, 2.0, 4.0], [0.0] * 4, [float("nan"), 0.0, 0.0, 1.0], [float("inf"), 0.0, 0.0, 1.0]])
+@pytest.mark.parametrize(
+    "matrix", [[1.0, 2.0, 2.0, 4.0], [0.0] * 4, [float("nan"), 0.0, 0.0, 1.0], [float("inf"), 0.0, 0.0, 1.0]]
+)
 def test_a_singular_or_infinite_matrix_is_told(matrix: list[float]) -> None:
     assert not dense.factor(list(matrix), 0, 2, [0, 0], 0)
     assert not dense.factor_complex(list(matrix) + [0.0] * 4, 0, 4, 2, [0, 0], 0)

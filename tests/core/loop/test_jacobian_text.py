@@ -143,7 +143,9 @@ def test_derivatives_are_those_of_the_forces(seed: int, named: bool) -> None:
 
 def test_differences_serve_where_no_trace_does() -> None:
     motion, state = prepared(3, True)
-    for one, other in zip(Runner(motion, interpreted)(state)[:2], Runner(motion, interpreted, DIFFERENCES)(state)[:2], strict=True):
+    for one, other in zip(
+        Runner(motion, interpreted)(state)[:2], Runner(motion, interpreted, DIFFERENCES)(state)[:2], strict=True
+    ):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
 
 

@@ -63,7 +63,9 @@ def step(problem: Problem, y: Vector, h: Any, inverse_a: Any) -> Vector | None:
                 right.append(f[r] - sum(inverse_a[i][j] * gains[j][r] for j in range(STAGES)) / h)
                 line = []
                 for j in range(STAGES):
-                    line += [(inverse_a[i][j] / h if r == c else mpf(0)) - (by[r][c] if i == j else 0) for c in range(n)]
+                    line += [
+                        (inverse_a[i][j] / h if r == c else mpf(0)) - (by[r][c] if i == j else 0) for c in range(n)
+                    ]
                 rows.append(line)
         found = solve(rows, right)
         gains = [[gains[i][r] + found[n * i + r] for r in range(n)] for i in range(STAGES)]

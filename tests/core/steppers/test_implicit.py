@@ -62,7 +62,9 @@ class Strut(PairLaw):
         return -self.damping / d.norm() * (a.velocity - b.velocity) - self.stiffness * d
 
 
-def scene(*laws: Any, bodies: Any = (((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)),), compile: str = "never", stepper: str = ID) -> xp.PhysicsEngine:
+def scene(
+    *laws: Any, bodies: Any = (((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)),), compile: str = "never", stepper: str = ID
+) -> xp.PhysicsEngine:
     engine = xp.PhysicsEngine(up="z", compile=compile)
     engine.stepper = stepper
     known = [engine.add_law(law) for law in laws]
@@ -130,7 +132,9 @@ def test_overdamped_motion_goes_to_rest_in_long_steps() -> None:
 def test_what_creeps_in_honey_creeps_at_the_right_pace() -> None:
     engine = scene(Honey())
     engine.run(until=2e-3, rtol=1e-8, atol=1e-12)
-    assert engine.bodies.position[0, 0] == pytest.approx(2.0 * math.exp(-2.0), rel=2e-6)  # k / c = 1000 / s, but for k / c^2
+    assert engine.bodies.position[0, 0] == pytest.approx(
+        2.0 * math.exp(-2.0), rel=2e-6
+    )  # k / c = 1000 / s, but for k / c^2
     assert numbers_of(engine)["steps"] < 100
 
 
@@ -158,7 +162,11 @@ def test_where_somebody_looks_changes_no_bit() -> None:
 
 
 def test_interpreted_and_compiled_steps_have_the_same_bits() -> None:
-    bodies = [((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ((1.0, 0.5, 0.3), (0.0, 1.0, 0.0)), ((0.0, 1.0, 0.0), (0.3, 0.0, 0.0))]
+    bodies = [
+        ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        ((1.0, 0.5, 0.3), (0.0, 1.0, 0.0)),
+        ((0.0, 1.0, 0.0), (0.3, 0.0, 0.0)),
+    ]
     found = []
     for how in ("never", "always"):
         engine = scene(VanDerPol(damping=30.0), Strut(), bodies=bodies, compile=how)
@@ -262,7 +270,9 @@ class Runaway(FieldLaw):
 
 def test_motion_that_ends_stops_with_an_error_that_names_the_object() -> None:
     engine = scene(Runaway(), bodies=[((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))])
-    with pytest.raises(NoStepperError, match=r"core:implicit cannot keep rtol=1e-06, atol=1e-09 at t = (0.9999|1.0000)"):
+    with pytest.raises(
+        NoStepperError, match=r"core:implicit cannot keep rtol=1e-06, atol=1e-09 at t = (0.9999|1.0000)"
+    ):
         engine.run(until=2.0, rtol=1e-6, atol=1e-9)
     assert engine.time == pytest.approx(1.0, abs=1e-6)
 

@@ -31,7 +31,9 @@ class Duffing(FieldLaw):
 class Run:
     """A driver with one body, under ``law``, ready to step."""
 
-    def __init__(self, law: FieldLaw, stages: int, position: Any = (1.0, 0.2, 0.0), velocity: Any = (0.0, 0.5, 0.0)) -> None:
+    def __init__(
+        self, law: FieldLaw, stages: int, position: Any = (1.0, 0.2, 0.0), velocity: Any = (0.0, 0.5, 0.0)
+    ) -> None:
         engine = xp.PhysicsEngine(up="z", compile="never")
         engine.stepper = "core:implicit"
         engine.add_object(xp.PhysicalObject(position=position, velocity=velocity), laws=[engine.add_law(law)])

@@ -240,11 +240,17 @@ class Implicit(Smooth):
         end = state.arrays["end"]
         found = {"position": end[:3], "velocity": end[3:6]}
         if status == at.LOST:
-            rest = {name: np.zeros((width, state.count)) for name, width in (("orientation", 4), ("angular_velocity", 3))}
+            rest = {
+                name: np.zeros((width, state.count)) for name, width in (("orientation", 4), ("angular_velocity", 3))
+            }
             rest["orientation"][0] = 1.0
             raise motion.fail(now, found | rest)
         label = sources.label(int(held.d[at.LAST_ROW]))
-        what = "solve the equations of its steps" if settings.dt is not None else f"keep rtol={settings.rtol}, atol={settings.atol}"
+        what = (
+            "solve the equations of its steps"
+            if settings.dt is not None
+            else f"keep rtol={settings.rtol}, atol={settings.atol}"
+        )
         raise NoStepperError(
             f"core:implicit cannot {what} at t = {now[0]} s: they fell to {float(held.s[at.NEXT])} s, because of {label}. "
             "Look whether its forces jump, or grow without bound; else loosen the tolerances"
@@ -331,7 +337,11 @@ class _Buffers:
             d[at.HEADER + block] = place + 9 * count * np.arange(count)
             d[at.HEADER + moving + block] = 3 * count
             d[at.HEADER + 2 * moving + block] = 3 * np.arange(count)
-            members, place, pivots = members + count, place + 9 * count * count, pivots + 3 * count * (1 + MOST_STAGES // 2)
+            members, place, pivots = (
+                members + count,
+                place + 9 * count * count,
+                pivots + 3 * count * (1 + MOST_STAGES // 2),
+            )
         end = at.NUMBERS + len(radau_tables.TABLES)
         for name in range(at.X, at.CURVE + 1):
             d[name] = end

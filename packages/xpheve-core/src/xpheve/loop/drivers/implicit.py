@@ -154,7 +154,7 @@ def entry(f: Buffers, n: Buffers) -> int:
             take(f, n, h)
             if d[STATUS] == DONE and (d[ONCE] == 1 or d[EVALUATIONS] >= d[BUDGET]):
                 d[STATUS] = PAUSED
-    return d[STATUS]
+    return int(d[STATUS])
 
 
 # What lies where -----------------------------------------------------------------------------------------------------
@@ -394,7 +394,14 @@ def book(f: Buffers, n: Buffers, h: float) -> int:
     s = f[0]
     d = n[2]
     stages, rows, moving = d[STAGES], d[ROWS], d[MOVING]
-    v, w, work, right, to, inverse = d[V_STAGE], d[W_STAGE], d[WORK], d[RIGHT], d[POWER], a_table(d) + 2 * stages * stages
+    v, w, work, right, to, inverse = (
+        d[V_STAGE],
+        d[W_STAGE],
+        d[WORK],
+        d[RIGHT],
+        d[POWER],
+        a_table(d) + 2 * stages * stages,
+    )
     stored, x, x_begin = d[STORED], d[X], d[X_BEGIN]
     for i in range(moving):
         total = s[work + 2 * rows + i]
