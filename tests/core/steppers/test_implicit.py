@@ -90,12 +90,12 @@ def state_of(engine: xp.PhysicsEngine) -> bytes:
 # Accuracy
 
 
-@pytest.mark.parametrize(("rtol", "error"), [(1e-3, 1e-4), (1e-6, 1e-6), (1e-9, 1e-9)])
+@pytest.mark.parametrize(("rtol", "error"), [(1e-3, 1e-4), (1e-6, 1e-7), (1e-9, 1e-10)])
 def test_van_der_pol_keeps_its_tolerance_over_a_whole_swing(rtol: float, error: float) -> None:
     engine = van_der_pol(2e4, rtol)
     assert engine.bodies.position[0, 0] == pytest.approx(SWING[0], rel=error)
     assert engine.bodies.velocity[0, 0] == pytest.approx(SWING[1], rel=100 * error)
-    assert numbers_of(engine)["steps"] < 300  # an explicit method needs some 2e8
+    assert numbers_of(engine)["steps"] < 500  # an explicit method needs some 2e8
 
 
 @pytest.mark.parametrize(("rtol", "error"), [(1e-3, 1e-5), (1e-6, 1e-7), (1e-10, 1e-11)])

@@ -34,10 +34,9 @@ DRIVER = "implicit"  # of xpheve.loop.drivers
 MOST_STAGES = radau_tables.STAGES[-1]
 TOGETHER = 1000
 """Most objects of one group: their matrices are dense, 9 of 9 numbers a pair of objects, which is 650 MB here."""
-LOOSE, TIGHT = 1e-4, 1e-8
-"""Relative tolerances above which steps have 3 stages or more, and up to which 7; 5 or more between. So van der Pol's oscillator and Robertson's
+LOOSE, TIGHT = 1e-3, 1e-6
+"""Relative tolerances from which on steps have 3 stages or more, and up to which 7; 5 or more between. So van der Pol's oscillator and Robertson's
 reaction cost least."""
-
 EXACT = 1e-12, 1e-15
 """To what the equations of steps of a given length are solved."""
 
@@ -184,7 +183,7 @@ class Implicit(Smooth):
         s[at.NEED : at.NEED + 2], s[at.WALL : at.WALL + 2] = need, wall
         s[at.RTOL], s[at.ATOL] = EXACT if fixed else (settings.rtol, settings.atol)
         d[at.ONCE], d[at.FIXED] = int(once and not fixed), int(fixed)
-        least = 3 if fixed or settings.rtol > LOOSE else 5 if settings.rtol > TIGHT else MOST_STAGES
+        least = 3 if fixed or settings.rtol >= LOOSE else 5 if settings.rtol > TIGHT else MOST_STAGES
         d[at.LEAST], d[at.MOST] = least, least if fixed else MOST_STAGES
         d[at.STAGES] = min(max(d[at.STAGES], least), d[at.MOST])
         s[at.GRID] = 0.0
