@@ -212,10 +212,6 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
             found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
-            running = batch.stepper.running(batch.state, world.time, slice(None))
-            if running is not None:  # less that of stored forces, which is told above
-                way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
-                found += [*running.tolist(), *(-bodies.arrays["working"][:, rows] * way).ravel().tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[twisted(world, batch)]

@@ -390,14 +390,6 @@ class Stepper(ABC):
         """Until when the batch is known without another step."""
         return NEVER
 
-    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
-        """Work [J], (places), that all forces without potential, stored ones too, did at ``t`` in the flights under way.
-
-        None where flights are parabolas under ``state.arrays["working"]``, from which core finds it. Of rows that an event has written since,
-        it is that until ``t`` as if it had not, until `changed`.
-        """
-        return None
-
 
 class ContactServer(ABC):
     """Finds touching pairs and answers them: one for a scene, offered by a pack. See `xpheve.plan.world.World` for what it may ask."""
