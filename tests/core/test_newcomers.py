@@ -14,7 +14,14 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import InvalidValueError, LawFailedError, ResolutionWarning, TraceError, UnknownLawError, XpheveWarning
+from xpheve.errors import (
+    InvalidValueError,
+    LawFailedError,
+    ResolutionWarning,
+    TraceError,
+    UnknownLawError,
+    XpheveWarning,
+)
 
 
 def pushed(force: Callable[[Any], Any], count: int, method: str = "force") -> list[Any]:

@@ -61,7 +61,9 @@ def account(
 def take_work(world: World, batch: Batch, locals_: Sequence[int]) -> None:
     """Book what the stepper kept of the work done on rows of ``batch``."""
     kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
-    joules = math.fsum(value for array in kept for value in array[0, locals_].tolist())
+    which = np.array(locals_, dtype=np.int64)
+    running = batch.stepper.running_work(batch.state, world.bodies, world.time, which).tolist()
+    joules = math.fsum([*running, *(value for array in kept for value in array[0, locals_].tolist())])
     if joules:
         world.add_work(label_of(batch), joules)
     for array in kept:

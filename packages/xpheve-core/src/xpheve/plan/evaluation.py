@@ -21,7 +21,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
-from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.steppers.contract import Array, Attraction, Rows, Signature
 from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
@@ -477,6 +477,12 @@ class BatchSources:
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
 
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows``; see `xpheve.steppers.contract.Sources`."""
+        from xpheve.plan.forms import attractions
+
+        return attractions(self, rows)
+
     @property
     def motion(self) -> Any:
         """The `xpheve.plan.motions.Motion` of the batch, made when first asked for; None if laws must be evaluated one by one."""
@@ -513,6 +519,12 @@ class BatchSources:
             self._program.forget_parameters()
         if self._motion is not None:
             self._motion.forget()
+
+    def linear(self, rows: Rows) -> Any:
+        """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
+        from xpheve.plan.linear_form import form_of_rows
+
+        return form_of_rows(self.world, self.laws, rows)
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""

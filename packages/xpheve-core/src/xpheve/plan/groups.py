@@ -11,6 +11,7 @@ from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan.contacts_wanted import contacts_concern
 from xpheve.plan.driven import immovable
+from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
@@ -330,6 +331,14 @@ def form_of(
     world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
+    if torque == "general" or heard:
+        return "general"
+    if is_two_bodies(world, group):
+        return "two bodies"
+    from xpheve.plan.linear_form import is_linear
+
+    if is_linear(world, group, laws):
+        return "linear"
     return "general"
 
 

@@ -31,6 +31,11 @@ def same_structure(world: World, law: ContinuousLaw) -> bool:
     )
 
 
+def is_of_a_form(world: World, law: ContinuousLaw) -> bool:
+    """Whether a batch that ``law`` is in was chosen for a form of its forces, which other numbers may change."""
+    return any(batch.signature.form != "general" for batch in world.batches if law in batch.laws and batch.state.count)
+
+
 def is_linked(world: World, law: ContinuousLaw) -> bool:
     """Whether ``law`` is known in the batches of all its objects."""
     batches = _batches_of(world, law)

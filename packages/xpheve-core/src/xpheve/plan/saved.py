@@ -600,7 +600,7 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         state.locate()
         batch = Batch(k, signature, choice, state)
         world.batches.append(batch)
-        world.sources(batch)
+        choice.stepper.resume(state, world.bodies, world.time, world.sources(batch))
 
 
 __all__ = ["Saved", "attributes_of", "give_attributes", "restore_into", "revive", "save"]

@@ -289,7 +289,7 @@ def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     if law.containers or law in world.constant or not loops.is_linked(world, law):
         return False
     if what != "enabled":
-        return law.enabled and loops.same_structure(world, law)
+        return law.enabled and loops.same_structure(world, law) and not loops.is_of_a_form(world, law)
     if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
         return False
     return world.is_switched(law) or loops.may_link_again(world, law)

@@ -24,6 +24,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.plan import books, contacts_wanted, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
+from xpheve.plan.forms import form_changed
 from xpheve.plan.groups import (
     Batch,
     Choice,
@@ -283,7 +284,7 @@ class World:
             if immovable(obj):
                 for other in dependents(self, obj):
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
-            if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
+            if number >= 0 and (torque_of(self, obj) != self._torque_served(obj, number) or form_changed(self, obj)):
                 transaction.replan[obj] = None
             if number >= 0 and self._parts(obj, number):
                 transaction.replan[obj] = None

@@ -118,6 +118,27 @@ class Stop(NamedTuple):
     rows: Sequence[int] | Rows
 
 
+class Attraction(NamedTuple):
+    """What attracts a body by an inverse-square force: d'' = -mu d / |d|^3, where d leads from there to the body.
+
+    Attributes
+    ----------
+    row
+        Of the other body, if that moves, too; else -1.
+    place
+        Where the centre is [m], if it does not move.
+    mu
+        [m^3/s^2], as a pair of floats; below 0 if it repels.
+    laws
+        Labels of the laws.
+    """
+
+    row: int
+    place: Vec
+    mu: tuple[float, float]
+    laws: str
+
+
 class Grid(NamedTuple):
     """Host steps: step ``number`` goes from ``origin + number * dt`` to the next point."""
 
@@ -168,6 +189,14 @@ class Sources(Protocol):
 
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows`` of a group of the form "two bodies"; what is of another form now is left out."""
+        ...
+
+    def linear(self, rows: Rows) -> Any:
+        """The `xpheve.steppers.linear_form.LinearForm` of ``rows``, complete groups of a batch whose signature says linear."""
         ...
 
     @property
@@ -331,6 +360,16 @@ class Stepper(ABC):
     def restart(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> Sequence[int]:
         """The forces on all rows are others from ``t`` on: returns the rows, whose flights are new."""
         return self.changed(state, bodies, state.rows.tolist(), t, sources)
+
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
+        """Work [J] of forces without potential on the rows at ``places``, from the start of their flights to ``t``, (places,).
+
+        Of steppers that keep it as ``books_work`` says; what stands in ``state.arrays["work"]`` is not in it. 0 by default.
+        """
+        return np.zeros(len(state.rows[places]))
+
+    def resume(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> None:  # noqa: B027
+        """Make again what is not in the arrays and numbers of ``state``, which were restored from a checkpoint."""
 
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""

@@ -6,7 +6,10 @@ from importlib import import_module
 
 from xpheve.steppers.contract import Stepper
 
-ALONG: dict[str, str] = {}
+ALONG: dict[str, str] = {
+    "core:kepler": "kepler:Kepler",
+    "core:linear": "linear:Linear",
+}
 """Those for laws that are evaluated along the way: id, then module and class."""
 
 
