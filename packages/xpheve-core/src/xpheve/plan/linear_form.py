@@ -98,7 +98,15 @@ class _Maker:
     def made(self) -> LinearForm:
         mass = self.world.bodies.arrays["mass"][0, self.rows]
         return LinearForm(
-            self.rows, mass, self.stiffness, self.damping, self.constant, self.held, self.kept, self.couplings, self.works
+            self.rows,
+            mass,
+            self.stiffness,
+            self.damping,
+            self.constant,
+            self.held,
+            self.kept,
+            self.couplings,
+            self.works,
         )
 
     def field(self, law: FieldLaw, affine: AffineLaw) -> None:

@@ -59,7 +59,9 @@ class Linear(Smooth):
         if signature.torque == "general":
             return Refusal("a torque that is not about a principal axis of the spin")
         if signature.form != "linear":
-            return Refusal("forces not proven linear in places and velocities with constant coefficients, or of too many objects together")
+            return Refusal(
+                "forces not proven linear in places and velocities with constant coefficients, or of too many objects together"
+            )
         return Offer(np.inf, COST, True)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
@@ -118,7 +120,12 @@ class Linear(Smooth):
         arrays = bodies.arrays
         every = len(places) == state.count
         acceleration = state.curves.begin(
-            sources.linear(rows), places, arrays["position"][:, rows], arrays["velocity"][:, rows], arrays["force"][:, rows], every
+            sources.linear(rows),
+            places,
+            arrays["position"][:, rows],
+            arrays["velocity"][:, rows],
+            arrays["force"][:, rows],
+            every,
         )
         state.arrays["acceleration"][:, places] = acceleration
         state.arrays["torque"][:, places] = arrays["torque"][:, rows]

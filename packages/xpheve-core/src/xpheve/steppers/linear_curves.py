@@ -104,7 +104,9 @@ class Curves:
 
     # Beginning
 
-    def begin(self, form: LinearForm, places: Rows, position: Array, velocity: Array, stored: Array, every: bool) -> Array:
+    def begin(
+        self, form: LinearForm, places: Rows, position: Array, velocity: Array, stored: Array, every: bool
+    ) -> Array:
         """New curves of the rows at ``places``, complete groups, under ``form`` and ``stored`` forces [N]; ``every``: there are no others.
 
         Returns the accelerations [m/s^2] at the start.
@@ -212,7 +214,15 @@ class Curves:
         self._keep(places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), 0)
 
     def _begin_plane(
-        self, which: Rows, plane: tuple[int, int], other: int, places: Rows, a: Wide, b: Wide, velocity: Wide, pull: Wide
+        self,
+        which: Rows,
+        plane: tuple[int, int],
+        other: int,
+        places: Rows,
+        a: Wide,
+        b: Wide,
+        velocity: Wide,
+        pull: Wide,
     ) -> None:
         i, j = plane
         own = [one[:, :, which] for one in (a, b)]
@@ -221,7 +231,9 @@ class Curves:
         along = self.table.numbers_of(own[0][other, other], own[1][other, other], none, none)
         for axis, numbers in ((i, across), (j, across), (other, along)):
             self.arrays["modes"][axis, places[which]] = numbers
-        self._keep(places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), self._frame(plane, None))
+        self._keep(
+            places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), self._frame(plane, None)
+        )
 
     def _begin_others(
         self, which: Rows, places: Rows, k: Wide, d: Wide, mass: Array, velocity: Wide, pull: Wide

@@ -169,9 +169,7 @@ class LadderFlow(Flow):
         level = 0
         while count:
             if count & 1:
-                z = self._rung(level) @ Wide(
-                    np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low])
-                )
+                z = self._rung(level) @ Wide(np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low]))
             count >>= 1
             level += 1
         return z

@@ -68,9 +68,7 @@ def _many(gap: Gap) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     return lambda times: np.array([gap(s) for s in times.tolist()])
 
 
-def _round_edges(
-    box: _Box, start: float, stop: float, changes: list[float], scale: float
-) -> tuple[float, list[float]]:
+def _round_edges(box: _Box, start: float, stop: float, changes: list[float], scale: float) -> tuple[float, list[float]]:
     """The same with the changes of the distance to ``box``, which is smooth between those of its faces."""
     found: list[float] = []
     for low, high in pairwise([start, *changes, stop]):
@@ -164,7 +162,9 @@ class _Box:
     def nearest(self, s: float) -> Gap:
         """The square of the distance to the face, edge or corner that is nearest at ``s``, less that of the radius."""
         places = [
-            (k, math.copysign(h, q)) for k, (q, h) in enumerate(zip(self.local(s), self.half, strict=True)) if abs(q) > h
+            (k, math.copysign(h, q))
+            for k, (q, h) in enumerate(zip(self.local(s), self.half, strict=True))
+            if abs(q) > h
         ]
 
         def gap(s: float) -> float:
