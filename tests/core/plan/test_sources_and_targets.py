@@ -248,7 +248,6 @@ def test_a_ring_of_dependence_is_one_group() -> None:
 
 
 def test_energy_counts_the_field_of_what_rests_and_the_work_of_what_moves() -> None:
-    engine, sun, dust, law = sun_and_dust(moving=False)
     fixed = xp.PhysicsEngine()
     rock = fixed.add_object(xp.PhysicalObject(fixed=True))
     mote = fixed.add_object(xp.PhysicalObject(position=(1, 0, 0), velocity=(0, 1.1, 0)))
@@ -257,7 +256,7 @@ def test_energy_counts_the_field_of_what_rests_and_the_work_of_what_moves() -> N
     assert fixed.energy().potential == pytest.approx(-1.0 / away(rock, mote), rel=1e-15)
     assert fixed.energy().total == pytest.approx(0.5 * 1.21 - 1.0, abs=1e-6) and fixed.energy().work == 0.0
     for moving in (False, True):
-        engine, sun, dust, law = sun_and_dust(moving=moving)
+        engine, *_ = sun_and_dust(moving=moving)
         before = engine.energy().balance
         engine.run(until=0.5, dt=1e-3)
         assert engine.energy().potential == 0.0
@@ -283,7 +282,7 @@ def test_a_source_that_is_removed_or_switched_off_lets_go() -> None:
 
 
 def test_a_checkpoint_goes_on_to_the_bit() -> None:
-    engine, _, dust, _ = sun_and_dust(wave=True)
+    engine, *_ = sun_and_dust(wave=True)
     engine.run(until=0.777, dt=0.01)
     twin = xp.PhysicsEngine.restore(engine.checkpoint(), laws=[Pull, Wave])
     for one in (engine, twin):
@@ -293,7 +292,7 @@ def test_a_checkpoint_goes_on_to_the_bit() -> None:
 
 
 def test_explain_says_who_acts_on_whom() -> None:
-    engine, _, dust, _ = sun_and_dust(wave=True)
+    engine, *_ = sun_and_dust(wave=True)
     engine.run(until=0.1, dt=0.01)
     data = engine.explain().data
     told = next(law for law in data["laws"] if law["id"] == "test:pull")
@@ -306,7 +305,7 @@ def test_a_scene_file_keeps_who_acts(tmp_path: Any) -> None:
 
     registry = Registry()
     registry.register([Pull, Wave], name="test")
-    engine, _, dust, _ = sun_and_dust(registry=registry)
+    engine, *_ = sun_and_dust(registry=registry)
     path = tmp_path / "scene.toml"
     engine.save_scene(path)
     assert "one_sided = true" in path.read_text()

@@ -11,7 +11,7 @@ HEAD = 4
 
 
 def follow(s: list[float], g: list[float], count: int, rows: int, x: int, v: int, moves: int, now: float) -> int:
-    """Write the places [m] of the ``count`` rows at ``now`` [s] to ``s[x + c * rows + row]``, and, if ``moves``, velocities [m/s] to ``s[v + ...]``."""
+    """Write the places [m] of the ``count`` rows at ``now`` [s] to ``s[x + c * rows + row]``; velocities [m/s] to ``s[v + ...]``, if ``moves``."""
     for k in range(count):
         row = int(g[4 * k])
         pieces = int(g[4 * k + 1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FieldLaw, FlowLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.groups import Batch
 from xpheve.plan.pairs import PairSet
@@ -150,7 +150,7 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
         if only is not None and only not in members:
             continue
         time = world.time[0]
-        if isinstance(law, FieldLaw):
+        if isinstance(law, FieldLaw | FlowLaw):
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
                 yield world.evaluator.potential(law, (rows,), time, shot.__getitem__)
@@ -202,6 +202,10 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
             found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
+            running = batch.stepper.running(batch.state, world.time, slice(None))
+            if running is not None:  # less that of stored forces, which is told above
+                way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
+                found += [*running.tolist(), *(-bodies.arrays["working"][:, rows] * way).ravel().tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[twisted(batch)]

@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
-from xpheve.laws import ContinuousLaw
+from xpheve.laws import ContinuousLaw, FlowLaw
 from xpheve.plan import loops
 from xpheve.plan.hand_kernels import is_by_hand
 
@@ -147,6 +147,8 @@ def _why_untraced(law: ContinuousLaw) -> str:
     from xpheve.trace.recorder import trace_law, why_untraced
 
     why = why_untraced(law)
+    if isinstance(law, FlowLaw):
+        return f"split off: {why}"
     if is_by_hand(law):
         return f"{why}; the NumPy tier calls it row by row in Python, which is slow"
     if not why:

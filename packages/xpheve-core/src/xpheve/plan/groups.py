@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
-from xpheve.laws import ContinuousLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FlowLaw, PairLaw
 from xpheve.plan.contacts_wanted import contacts_concern
 from xpheve.plan.driven import immovable
 from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.stiffness import is_stiff
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -289,6 +290,7 @@ def signature_of(world: World, group: Sequence[PhysicalObject], known: dict[Pair
         fixed_step=fixed,
         contacts=heard,
         wish=world.wish,
+        flows=tuple(sorted({law.label() for law in laws if isinstance(law, FlowLaw)})),
         level=level,
     )
 
@@ -352,8 +354,3 @@ def form_of(
     if is_linear(world, group, laws):
         return "linear"
     return "general"
-
-
-def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
-    """Whether forces on ``group`` decay far faster than its state changes."""
-    return False

@@ -18,12 +18,13 @@ from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
-from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
+from xpheve.laws import ContinuousLaw, Event, FieldLaw, FlowLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
 from xpheve.plan import books, contacts_wanted, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
+from xpheve.plan.flows import prove_flow
 from xpheve.plan.forms import form_changed
 from xpheve.plan.groups import (
     Batch,
@@ -582,6 +583,9 @@ class World:
         for law in list(self.laws):
             if not (isinstance(law, ContinuousLaw) and law.enabled and self.mapping.objects(law)):
                 continue
+            if isinstance(law, FlowLaw):
+                self._prove_flow(law)
+                continue
             trace = formula_of(law)
             if trace is None or self.proven.get(law) is trace:
                 continue
@@ -592,6 +596,15 @@ class World:
                 self.give_up(error, law)
             else:
                 self.proven[law] = trace
+
+    def _prove_flow(self, law: FlowLaw) -> None:
+        """Try ``law`` if it was never called."""
+        if law in self.evaluator.seen:
+            return
+        try:
+            prove_flow(self, law)
+        except LawFailedError as error:
+            self.give_up(error, law)
 
     def _rebase(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Bring the rows of ``objects`` and their old groups to now, out of their batches."""

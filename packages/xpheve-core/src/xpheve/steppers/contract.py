@@ -53,6 +53,8 @@ class Signature:
         Whether host steps were asked for, by ``dt``, or tolerances.
     contacts
         Whether contacts are looked for, by parabolas: what moves on other curves cannot serve then.
+    flows
+        The ids of those laws that are exact flows of their own.
     wish
         The id of the stepper that the user asked for; empty for none.
     level
@@ -73,6 +75,7 @@ class Signature:
     fixed_step: bool = True
     contacts: bool = False
     wish: str = ""
+    flows: tuple[str, ...] = ()
     level: int = 0
 
     @property
@@ -184,6 +187,15 @@ class Sources(Protocol):
         """Forces [N] and torques [N m], shape (3, rows), of the laws on ``rows`` in ``state``; and whether a velocity was read.
 
         ``again``: as in the call before, but for velocities and orientations; what reads none of them is not evaluated.
+        """
+        ...
+
+    def flow(
+        self, rows: Rows, t: Instant, state: dict[str, Array], span: float, backwards: bool = False
+    ) -> tuple[set[str], Array]:
+        """Let the exact flows change ``state`` of ``rows`` for ``span`` [s] from ``t`` on, in the order of their ranks or in the opposite one.
+
+        Returns the names of what may have changed, and the work [J] that those without potential did on each row.
         """
         ...
 
@@ -376,6 +388,14 @@ class Stepper(ABC):
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
         return NEVER
+
+    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+        """Work [J], (places), that all forces without potential, stored ones too, did at ``t`` in the flights under way.
+
+        None where flights are parabolas under ``state.arrays["working"]``, from which core finds it. Of rows that an event has written since,
+        it is that until ``t`` as if it had not, until `changed`.
+        """
+        return None
 
 
 class ContactServer(ABC):

@@ -49,7 +49,7 @@ def inside_curve(
     else:
         gap = _gap(region, radius, curve)
         stop, changes = _changes([gap], start, wish, end, scale)
-        outside = lambda s: not gap(s) <= 0.0
+        outside = _beyond(gap)
     wanted = 2.0 * wish if stop - start >= min(wish, end - start) else stop - start
     return stop, wanted, _states(outside, changes, start, stop)
 
@@ -62,6 +62,11 @@ def _changes(gaps: list[Gap], start: float, wish: float, end: float, scale: floa
         stop, _, states = window(_many(gap), gap, start, min(wish, stop - start), stop, scale)
         found.update(s for s, _ in states[1:])
     return stop, sorted(s for s in found if s <= stop)
+
+
+def _beyond(gap: Gap) -> Callable[[float], bool]:
+    """Whether ``gap`` is above 0; so asked that what may end as NaN is."""
+    return lambda s: not gap(s) <= 0.0
 
 
 def _many(gap: Gap) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
