@@ -454,6 +454,8 @@ class BatchSources:
     @property
     def program(self) -> Any:
         """The loop of the batch; None if a law must be evaluated by itself."""
+        if len(self.suns):  # its loops know no time of day for what acts
+            return None
         held = self.held
         return None if held is None else held.program
 
@@ -479,12 +481,10 @@ class BatchSources:
         if self._program is None and not self.why_alone:
             from xpheve.plan.programs import BatchProgram, term_of
 
-            terms = {law: term_of(self.world, law) for law in self.laws}
+            terms = {law: self._term(term_of(self.world, law), law) for law in self.laws}
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
-            elif len(self.suns):
-                self.why_alone = "objects that move act on it by one-sided laws"
             elif self.ring:
                 self.why_alone = "one-sided laws act from one of its objects on another"
             elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
@@ -501,6 +501,20 @@ class BatchSources:
         from xpheve.plan.forms import attractions
 
         return attractions(self, rows)
+
+    def _term(self, term: Any, law: ContinuousLaw) -> Any:
+        """``term`` of ``law``; where sources move, what it does is booked as work."""
+        moved = isinstance(law, PairLaw) and law.one_sided and len(self.suns)
+        return term._replace(accounted=False) if term is not None and moved else term
+
+    @cached_property
+    def courses(self) -> Any:
+        """The `xpheve.plan.courses.Courses` of what moves and acts on the batch by one-sided laws; None if nothing does."""
+        if not len(self.suns):
+            return None
+        from xpheve.plan.courses import Courses
+
+        return Courses(self.world, self.suns)
 
     @property
     def motion(self) -> Any:

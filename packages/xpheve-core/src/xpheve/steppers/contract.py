@@ -285,6 +285,8 @@ class Stepper(ABC):
     on each row over the flights that are over."""
     limit: ClassVar[float] = 2.0
     """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
+    loops: ClassVar[bool] = True
+    """Whether it runs the forces of `Sources.motion` along the way, so that moving sources are followed for it as polynomials."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
