@@ -68,9 +68,12 @@ def work_of(how: str, count: int) -> int:
 
 
 class TilePairs(PairsText):
-    """Writes ``pairs_<number>`` for all pairs of a list, tile after tile, and ``lanes_<number>`` for one body and the rows of a tile."""
+    """Writes ``pairs_<number>`` for all pairs of a list: those of the rows before a tile with it, and those inside it, tile after tile.
 
-    scratch = True
+    Of the tiles it takes every ``strips``-th, from ``strip`` on.
+    """
+
+    more = "t, z, strip, strips"
 
     def function(self) -> list[str]:
         """The lines of the functions."""
@@ -81,7 +84,10 @@ class TilePairs(PairsText):
         spread = ["j = left[first + l]", *(f"e{c} = t[l + {self.sums + WIDE * c}]" for c in range(3))]
         spread += self._add("j", "-", [f"e{c}" for c in range(3)])
         given = "s, p, tables, k, left, q, rows, x, v, a, w, now, t"
-        lines = [f"for first in range(0, count, {WIDE}):", f"    lanes = min({WIDE}, count - first)"]
+        lines = [
+            f"for first in range({WIDE} * strip, count, {WIDE} * strips):",
+            f"    lanes = min({WIDE}, count - first)",
+        ]
         lines += [f"    for l in range({WIDE}):", "        j = left[first + min(l, lanes - 1)]", *_in(_in(take))]
         lines += [f"    begin = first if lanes == {WIDE} else 0"]
         lines += [f"    every_{self.number}({given}, begin)"]
@@ -131,7 +137,7 @@ class TreePairs(PairsText):
     ``right`` is the tree's whole numbers, ``t`` its scratch, and ``z`` its floats, with `TOLD` more.
     """
 
-    scratch = True
+    more = "t, z"
     charge = ""
     """What bodies act by: "mass" or a column; empty if all act alike."""
 
