@@ -183,6 +183,11 @@ def _draw(panel: Any, rows: list[dict[str, Any]]) -> None:
 
 def put_into_page(text: str, page: Path) -> None:
     """Replace what stands between the two marks of the page."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, _, after = rest.partition(END)
-    page.write_text(f"{before}{BEGIN}\n\n{text}\n{END}{after}", encoding="utf-8")
+    put_between(text, page, BEGIN, END)
+
+
+def put_between(text: str, page: Path, begin: str, end: str) -> None:
+    """Replace what stands between the marks ``begin`` and ``end`` of the page."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, _, after = rest.partition(end)
+    page.write_text(f"{before}{begin}\n\n{text}\n{end}{after}", encoding="utf-8")

@@ -13,7 +13,7 @@ from benchmarks import costs, ours, report
 from benchmarks.ball import Ball
 from benchmarks.calibrate import calibrate, machine
 from benchmarks.measure import SAMPLES, Row, in_turns
-from benchmarks.peers import ADAPTERS, adapter
+from benchmarks.peers import ADAPTERS, adapter, version
 from benchmarks.scenes import BALLS, s12_free_spheres
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -62,7 +62,7 @@ def collect(scenes: Sequence[str], peers: dict[str, ModuleType | None], *, quick
         "samples": samples,
         "quick": quick,
     }
-    results["peers"] = {name: None if peer is None else _version(name) for name, peer in peers.items()}
+    results["peers"] = {name: None if peer is None else version(name) for name, peer in peers.items()}
     rows: list[Row] = []
     for scene in BALLS:
         if scene.id in scenes:
@@ -92,15 +92,6 @@ def ball_rows(scene: Ball, peers: dict[str, ModuleType | None], samples: int, dt
             contenders += peer.ball(scene, dts)
     in_turns(contenders, scene.errors, samples)
     return [*(one.row for one in contenders), *missing]
-
-
-def _version(name: str) -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "?"
 
 
 if __name__ == "__main__":

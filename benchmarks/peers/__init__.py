@@ -1,19 +1,35 @@
 """One file a peer: the same scenes, with default and with tuned settings.
 
-Each has ``NAME``, ``MODULE`` (what must be installed), ``ball(scene, dts)`` (the rows of a scene of one sphere) and
-``field(positions, velocities, dt)`` (S12: a `benchmarks.measure.Field` for each setting).
+Each has ``NAME`` and ``MODULE`` (what must be installed). Game engines have ``ball(scene, dts)`` (the rows of a scene of one sphere) and
+``field(positions, velocities, dt)`` (S12: a `benchmarks.measure.Field` for each setting); those for smooth motion have ``smooth(problem)``
+(a `benchmarks.smooth.measure.Contender` for each setting that the scene names).
 """
 
 from __future__ import annotations
 
-from importlib import import_module, util
+from importlib import import_module, metadata, util
 from types import ModuleType
 
 ADAPTERS = {"mujoco": "benchmarks.peers.mujoco_peer", "pybullet": "benchmarks.peers.pybullet_peer"}
+SMOOTH = {
+    "rebound": "benchmarks.peers.rebound_peer",
+    "heyoka": "benchmarks.peers.heyoka_peer",
+    "scipy": "benchmarks.peers.scipy_peer",
+    "mujoco": "benchmarks.peers.mujoco_smooth",
+    "pybullet": "benchmarks.peers.pybullet_smooth",
+}
 
 
-def adapter(name: str) -> ModuleType | None:
+def version(name: str) -> str:
+    """The version of an installed peer."""
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "?"
+
+
+def adapter(name: str, adapters: dict[str, str] = ADAPTERS) -> ModuleType | None:
     """The adapter of the peer ``name``, or None if the peer is not installed."""
     if util.find_spec(name) is None:
         return None
-    return import_module(ADAPTERS[name])
+    return import_module(adapters[name])

@@ -72,7 +72,8 @@ class Motion:
         self.moving, self.rows = len(own), len(own) + len(self.held.sources)
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
-        self._extra: dict[str, str] = {}
+        self.buffers: dict[str, Any] = {}
+        """What steppers keep for their drivers, by driver: layouts, made again at any time."""
         self._lists = self._whole_numbers()
         self.forget()
 
@@ -269,7 +270,11 @@ class Motion:
 
     def _more(self, driver: str) -> str:
         """Text that ``driver`` needs besides ``forces``."""
-        return ""
+        if driver != "implicit":
+            return ""
+        from xpheve.loop.jacobian_text import jacobian_text
+
+        return jacobian_text(self.text)
 
     def fail(self, t: Instant, found: dict[str, Array]) -> LawFailedError:
         """Why forces at ``t`` on the batch's rows in the state ``found`` are not finite: raises what a law says, else gives a general error."""

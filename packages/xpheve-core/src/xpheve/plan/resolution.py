@@ -42,7 +42,7 @@ def warn_of_steps(world: World) -> None:
         if not batch.signature.laws or not batch.state.count or batch.signature in world.told:
             continue
         limit = batch.stepper.limit
-        if not math.isfinite(limit):
+        if not math.isfinite(limit) or batch.choice.offers[batch.stepper.id].exact:
             continue
         rate, row = rate_of(world, batch, dt)
         if dt * rate <= limit:

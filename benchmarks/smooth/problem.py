@@ -1,0 +1,183 @@
+"""What a scene of smooth motion is: the same numbers for all engines, an exact answer, settings to try, bars to hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = Any
+Formula = Callable[[Any, Any], tuple[Any, ...]]
+
+
+class End(NamedTuple):
+    """Where all bodies are in the end, in the world frame: (n, 3) [m], (n, 3) [m/s], (n, 4), (n, 3) [rad/s]."""
+
+    position: Array
+    velocity: Array
+    orientation: Array | None = None
+    turning: Array | None = None
+
+
+@dataclass(frozen=True)
+class Swarm:
+    """Points that attract one another: masses (n,), positions and velocities (n, 3), the constant of gravity."""
+
+    mass: Array
+    position: Array
+    velocity: Array
+    constant: float = 1.0
+
+    @property
+    def n(self) -> int:
+        """How many points."""
+        return len(self.mass)
+
+    def energy(self, position: Array, velocity: Array) -> Any:
+        """Kinetic and potential energy, in long double."""
+        long = np.longdouble
+        m, x, v = (np.asarray(one, long) for one in (self.mass, position, velocity))
+        total = long(0.5) * (m[:, None] * v * v).sum()
+        for i in range(self.n):
+            for j in range(i):
+                d = x[i] - x[j]
+                total -= long(self.constant) * m[i] * m[j] / np.sqrt((d * d).sum())
+        return total
+
+    def drift(self, end: End) -> float:
+        """Change of the energy over the energy at the start."""
+        begin = self.energy(self.position, self.velocity)
+        return float((self.energy(end.position, end.velocity) - begin) / begin)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """y' = f(t, y), written once: ``make(sqrt)`` gives f for floats, for symbols or for many digits.
+
+    ``f`` takes anything with indices and returns a tuple. ``end(y)`` says where the bodies are; ``jacobian``, if any, is df/dy as rows, a tuned solver's.
+    """
+
+    start: tuple[float, ...]
+    make: Callable[[Callable[[Any], Any]], Formula]
+    end: Callable[[Any], End]
+    jacobian: Callable[[float, Any], Any] | None = None
+    arrays: Callable[[float, Any], Any] | None = None
+    """f on an array, where the system is so large that components one by one would be slow."""
+
+
+@dataclass(frozen=True)
+class Spin:
+    """A free rigid body at the identity orientation: principal moments of inertia [kg m^2], angular velocity [rad/s]."""
+
+    inertia: tuple[float, float, float]
+    turning: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Ours:
+    """A setting of xPheve: which stepper (None: its own choice), and what `engine.run` is told besides the end."""
+
+    method: str
+    stepper: str | None
+    run: Mapping[str, float]
+
+    @property
+    def setting(self) -> str:
+        """In words; ``atol`` is a thousandth of ``rtol`` unless it says otherwise."""
+        if "dt" in self.run:
+            return f"dt {self.run['dt']:.4g}"
+        return f"rtol {self.run['rtol']:.0e}" if "rtol" in self.run else "-"
+
+
+def tolerances(stepper: str | None, *powers: float, method: str | None = None) -> list[Ours]:
+    """Settings by tolerance: 1e-``power`` for each, ``atol`` a thousandth of it."""
+    name = method or f"{(stepper or 'core:default').partition(':')[2]}"
+    return [Ours(name, stepper, {"rtol": 10.0**-p, "atol": 10.0 ** -(p + 3)}) for p in powers]
+
+
+def steps(stepper: str | None, span: float, *counts: int, method: str | None = None) -> list[Ours]:
+    """Settings by step: ``span`` in so many equal parts."""
+    name = method or f"{(stepper or 'core:default').partition(':')[2]}"
+    return [Ours(name, stepper, {"dt": span / count}) for count in counts]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What must be shown. Errors are bounded by ``error``; times are held against rows of peers.
+
+    ``kind``: "error" (a row of ours has an error of at most ``error``), "all errors" (each row of ours), "drift" (the same of energy), "front" (a row of ours that
+    no row of a peer beats in both, with an error of at most ``error``), "ratio" (our time over that of the ``peer`` row is at most ``ratio``, with an error at most ``error``
+    and, with ``no_larger``, at most that of the peer), "value" (a number of ``more`` of our rows, ``key``, is at most ``ratio``).
+    ``method`` and ``setting`` choose our rows, ``peer`` and ``peer_setting`` those of the peer: beginnings of the engine's name and of the setting.
+    """
+
+    text: str
+    kind: str
+    error: float = float("inf")
+    method: str = ""
+    setting: str = ""
+    peer: str = ""
+    peer_setting: str = ""
+    ratio: float = 1.0
+    no_larger: bool = False
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One scene over one span. ``build(engine)`` fills an xPheve engine and gives the objects to read at the end."""
+
+    id: str
+    title: str
+    span: float
+    metric: str
+    build: Callable[[Any], Sequence[Any]]
+    ours: Sequence[Ours]
+    error: Callable[[End], float]
+    drift: Callable[[End], float] | None = None
+    swarm: Swarm | None = None
+    slope: Slope | None = None
+    spin: Spin | None = None
+    peers: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    bars: Sequence[Bar] = ()
+    models: Mapping[str, Callable[[float, str], str]] = field(default_factory=dict)
+    """The scene in the language of a peer, by dt and integrator."""
+    measures: Mapping[str, Callable[[End], float]] = field(default_factory=dict)
+    """Further numbers told of each row, such as an adiabatic invariant."""
+    notes: str = ""
+    short: float | None = None
+    """A span for trying out that all works."""
+
+    @cached_property
+    def file(self) -> str:
+        """The name of its plot."""
+        return self.id.lower().replace(" ", "_").replace(".", "")
+
+
+def distance(end: Array, high: Array, low: Array) -> float:
+    """The largest distance of points ``end`` from ``high + low``, all (n, 3)."""
+    return float(np.sqrt((((np.asarray(end) - high) - low) ** 2).sum(axis=-1)).max())
+
+
+def relative(x: Array) -> Array:
+    """Places (n, 3) as seen from body 0, without body 0."""
+    x = np.asarray(x)
+    return x[1:] - x[:1]
+
+
+def swarm_engine(swarm: Swarm) -> Callable[[Any], Sequence[Any]]:
+    """Fills an engine with a `Swarm` under Newton's gravity."""
+
+    def build(engine: Any) -> Sequence[Any]:
+        import xpheve as xp
+
+        gravity = engine.add_law("basic:universal_gravity", gravitational_constant=swarm.constant)
+        rows = zip(swarm.mass.tolist(), swarm.position.tolist(), swarm.velocity.tolist(), strict=True)
+        bodies = [xp.PhysicalObject(mass=m, position=x, velocity=v) for m, x, v in rows]
+        engine.add_objects(bodies, laws=[gravity])
+        return bodies
+
+    return build
