@@ -186,14 +186,14 @@ def test_a_tree_sums_charges_of_both_signs(signs: tuple[float, ...]) -> None:
 
 def test_a_law_that_is_put_out_by_a_number_acts_by_no_tree() -> None:
     law = gravity(error=1e-2)
-    engine = scene(60, law, Swarm())
+    engine = scene(40, law, Swarm())
     law.enabled = False
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(type(engine._world), "is_switched", lambda self, one: one is law)
         out, _ = evaluate(engine, interpreted, TREE)
         law.enabled = True
         acts, _ = evaluate(engine, interpreted, TREE)
-    alone, _ = evaluate(scene(60, Swarm(), gravity(enabled=False)), interpreted, TILES)
+    alone, _ = evaluate(scene(40, Swarm(), gravity(enabled=False)), interpreted, TILES)
     assert np.allclose(out, alone, rtol=1e-12, atol=1e-14) and not np.allclose(acts, alone, rtol=1e-3)
 
 
@@ -220,7 +220,7 @@ def test_a_law_that_falls_otherwise_is_never_summed_by_a_tree() -> None:
 
 def test_a_motion_fits_as_long_as_the_way_to_sum_does() -> None:
     law = gravity()
-    engine = scene(60, law)
+    engine = scene(70, law)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(long_range, "TREE_FROM", 0)
         patch.setattr(long_range, "LEAST_TREE", 1)
