@@ -20,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[2]
 DIRECT_BAR, DIRECT_ERROR = 0.75, 1e-14
 TREE_BAR, TREE_ERROR = 0.5, 1e-3
 ERRORS, ANGLES = (3e-2, 1e-2, 1e-3, 1e-4), (1.0, 0.7, 0.5)
+BARRED = 100_000
+"""Bodies from which on the tree has a bar."""
 LOOKED_AT = 1000
 """Bodies on which errors are measured."""
 
@@ -70,9 +72,15 @@ def by_tree(count: int, samples: int) -> dict[str, Any]:
         best = min(good, key=lambda one: rows[one]["seconds"]) if good else ""
         pairs = zip(times.get(best, []), times[name], strict=False)
         ratios[name] = {"ours": best, "ratio": statistics.median(a / b for a, b in pairs) if good else None}
+    return {"n": count, "rows": rows, "ratios": ratios, "met": tree_met(count, rows, ratios)}
+
+
+def tree_met(count: int, rows: dict[str, Any], ratios: dict[str, Any]) -> bool | None:
+    """Whether the bar is met, which is one for many bodies; None of fewer."""
+    if count < BARRED:
+        return None
     held = rows[f"xpheve {TREE_ERROR:g}"]["p99"] <= TREE_ERROR
-    met = held and all(one["ratio"] is not None and one["ratio"] <= TREE_BAR for one in ratios.values())
-    return {"n": count, "rows": rows, "ratios": ratios, "met": met}
+    return held and all(one["ratio"] is not None and one["ratio"] <= TREE_BAR for one in ratios.values())
 
 
 def tables(results: dict[str, Any]) -> str:
@@ -99,7 +107,7 @@ def tables(results: dict[str, Any]) -> str:
             )
     lines += ["", "### By a tree", ""]
     lines += [
-        f"| bodies | who, error or angle | time [ms] | median error | p99 error | told | ours, no worse, over it, bar {TREE_BAR:g} |",
+        f"| bodies | who, error or angle | time [ms] | median error | p99 error | told | ours, no worse, over it; bar {TREE_BAR:g} for {BARRED:,} |",
         "| --- | --- | --- | --- | --- | --- | --- |",
     ]
     for one in results["tree"]:
@@ -154,7 +162,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     out.mkdir(parents=True, exist_ok=True)
     (out / "long_range.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     (out / "long_range.md").write_text(text, encoding="utf-8")
-    missed = [f"{part}, {one['n']:,} bodies" for part in ("direct", "tree") for one in results[part] if not one["met"]]
+    missed = [
+        f"{part}, {one['n']:,} bodies" for part in ("direct", "tree") for one in results[part] if one["met"] is False
+    ]
     for line in missed:
         print(f"missed: {line}", file=sys.stderr)
     return 1 if missed and not chosen.quick else 0

@@ -248,7 +248,7 @@ def test_what_is_told_of_a_sum_names_the_error_that_was_measured() -> None:
 def test_an_error_that_is_none_is_refused(wrong: Any) -> None:
     law = Swarm()
     law.error = wrong
-    with pytest.raises(LawDefinitionError, match="from 0, for exact sums, to 0.1"):
+    with pytest.raises(LawDefinitionError, match=r"from 0, for exact sums, to 0\.1"):
         law.allowed_error()
 
 
