@@ -527,6 +527,11 @@ class BatchSources:
             self._motion = Motion(self)
         return self._motion
 
+    @property
+    def made_motion(self) -> Any:
+        """The motion if it was made already; None else."""
+        return self._motion
+
     def _try_kernels(self) -> None:
         """Call kernels written by hand once, for their errors: before anything moves."""
         world = self.world
