@@ -9,7 +9,19 @@ from benchmarks.smooth.front import Row, counted, error, front, is_ours
 
 SMALLEST = 1e-17  # where an error of 0 is drawn
 OURS = ("#c1121f", "#e85d04", "#9d0208", "#ff8fa3", "#6a040f")
-PEERS = ("#1d4e89", "#2a9d8f", "#6c757d", "#7b2cbf", "#588157", "#0096c7", "#8d6e63", "#495057", "#b5838d", "#3a5a40", "#5e548e")
+PEERS = (
+    "#1d4e89",
+    "#2a9d8f",
+    "#6c757d",
+    "#7b2cbf",
+    "#588157",
+    "#0096c7",
+    "#8d6e63",
+    "#495057",
+    "#b5838d",
+    "#3a5a40",
+    "#5e548e",
+)
 MARKS = "osv^D<>phX"
 
 
@@ -28,7 +40,9 @@ def draw(title: str, metric: str, rows: list[Row], path: Path) -> bool:
     curves: dict[str, list[Row]] = {}
     for row in shown:
         curves.setdefault(row["engine"], []).append(row)
-    for rank, ours in enumerate(sorted({name for name, all_of in curves.items() if is_ours(all_of[0])}, key=list(curves).index)):
+    for rank, ours in enumerate(
+        sorted({name for name, all_of in curves.items() if is_ours(all_of[0])}, key=list(curves).index)
+    ):
         _curve(panel, ours, curves[ours], OURS[rank % len(OURS)], "*", 12, 2.2, 5)
     others = [name for name, all_of in curves.items() if not is_ours(all_of[0])]
     for rank, name in enumerate(others):
@@ -43,7 +57,9 @@ def draw(title: str, metric: str, rows: list[Row], path: Path) -> bool:
     return True
 
 
-def _curve(panel: Any, name: str, rows: list[Row], color: str, mark: str, size: float, width: float, order: int) -> None:
+def _curve(
+    panel: Any, name: str, rows: list[Row], color: str, mark: str, size: float, width: float, order: int
+) -> None:
     points = sorted((max(error(row), SMALLEST), row["seconds"]) for row in rows)
     panel.plot(
         [t for _, t in points],
