@@ -39,6 +39,8 @@ SHAPES: dict[str, str] = {
     "Instant": "(x, x)",
     "Pairs": "((x, x), (x, x), (x, x))",
     "Constants": "(" + ", ".join("x" * 35) + ")",
+    "Orbit": "(" + ", ".join("x" * 35) + ")",
+    "Eleven": "(" + ", ".join("x" * 11) + ")",
     "tuple[float, float, float, float, float]": "(x, x, x, x, x)",
     "Buffer": "f[1]",
 }
@@ -49,6 +51,8 @@ RESULTS: dict[str, str] = {
     "tuple[float, float, float]": "(x, x, x)",
     "tuple[int, int, int]": "(x, x, x)",
     "tuple[float, float, float, float]": "(x, x, x, x)",
+    "tuple[Vec, Vec, Vec]": "((x, x, x), (x, x, x), (x, x, x))",
+    "tuple[Pair, Pair, Pair, Pair]": "((x, x), (x, x), (x, x), (x, x))",
     "tuple[Quat, Vec]": "((x, x, x, x), (x, x, x))",
     **SHAPES,
 }
@@ -114,6 +118,8 @@ DRAWS: dict[str, dict[str, Draw]] = {
     },
     "flight": {"inertia": third},
     "spin": {"inertia": third},
+    "kepler": dict.fromkeys(["x", "r", "mass", "one", "other", "a", "b", "zeta"], above)
+    | {"k": lambda rng: float(rng.integers(-20, 20)), "z": share, "beta": lambda rng: float(rng.uniform(-2.0, 1.0))},
     "clock": {"k": lambda rng: float(rng.integers(0, 10**6))},
     "table": {"start": lambda rng: 0.0, "count": lambda rng: 4.0, "x": lambda rng: float(rng.uniform(-1.0, 5.0))},
 }
@@ -186,7 +192,7 @@ def text_of(every: list[Function]) -> str:
     return assemble("\n".join([*calls, *lines, "    return 1", ""]))
 
 
-LONG = {"flight", "free_rotation"}
+LONG = {"flight", "free_rotation", "kepler"}
 """What takes some seconds to compile."""
 FILES = sorted({path.stem for path in FOLDER.glob("*.py")} - ALONE - ELSEWHERE - NEVER_COMPILED)
 ROWS = 200
@@ -210,6 +216,12 @@ def arguments(file: str, every: list[Function], seed: int) -> np.ndarray:
             for row in found[k]:
                 q, omega = rng.normal(size=4).tolist(), [usual(rng) for _ in range(3)]
                 row[:35] = prepare(tuple(q), tuple(omega), tuple(third(rng) for _ in range(3)))  # type: ignore[arg-type]
+        if file == "kepler" and one.names[:1] == ["orbit"]:
+            from xpheve.kernels.kepler import prepare as through
+
+            for row in found[k]:
+                d, v = (tuple((usual(rng), 0.0) for _ in range(3)) for _ in range(2))
+                row[:35] = through(d, v, (usual(rng), 0.0)) if any(one[0] for one in d) else row[:35]  # type: ignore[arg-type]
     return found
 
 

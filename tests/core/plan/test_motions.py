@@ -61,7 +61,10 @@ class Pull(PairLaw):
 def scene(seed: int, turning: bool, fixed: bool) -> xp.PhysicsEngine:
     rng = np.random.default_rng(seed)
     engine = xp.PhysicsEngine(up="z")
-    laws = [engine.add_law("basic:universal_gravity", gravitational_constant=1.0, softening=0.1), engine.add_law(Gust())]
+    laws = [
+        engine.add_law("basic:universal_gravity", gravitational_constant=1.0, softening=0.1),
+        engine.add_law(Gust()),
+    ]
     laws += [engine.add_law(Keel())] if turning else []
     bodies = [
         engine.add_object(

@@ -102,6 +102,10 @@ class XpheveWarning(UserWarning):
     """What every warning of xPheve is; ``warnings.filterwarnings`` silences it by class."""
 
 
+class ResolutionWarning(XpheveWarning):
+    """Fixed steps are too long for the forces: the text says where, and which step would do."""
+
+
 class OrderWarning(XpheveWarning):
     """Two laws that set the same thing of one object at one event, with no order between them."""
 

@@ -41,6 +41,9 @@ class Coulomb(PairLaw):
     coulomb_constant = Param(8.9875517923e9, unit="N*m^2/C^2", ge=0, doc="k in vacuum; relative uncertainty 1.5e-10.")
     relative_permittivity = Param(1.0, unit="1", gt=0, doc="eps_r of the medium; 1 in vacuum, about 80 in water.")
     softening = Param(0.0, unit="m", ge=0, doc="s, the Plummer radius; 0 for Coulomb's law itself.")
+    error = Param(
+        0.0, unit="1", ge=0, le=0.1, doc="Relative error that sums over many bodies may have; 0 for exact ones."
+    )
 
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair."""

@@ -41,6 +41,9 @@ class UniversalGravity(PairLaw):
 
     gravitational_constant = Param(6.67430e-11, unit="m^3/(kg s^2)", ge=0, doc="G; relative uncertainty 2.2e-5.")
     softening = Param(0.0, unit="m", ge=0, doc="s, the Plummer radius; 0 for Newton's law itself.")
+    error = Param(
+        0.0, unit="1", ge=0, le=0.1, doc="Relative error that sums over many bodies may have; 0 for exact ones."
+    )
 
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair."""

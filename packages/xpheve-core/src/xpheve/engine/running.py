@@ -63,6 +63,7 @@ class Running(Saving):
         if record is not None and every is None:
             raise InvalidValueError("record= needs every=: how often [s] to keep a frame")
         self._begin(settings)
+        watch = self._look_at_steps(end)
         recorder = None
         try:
             self._running = True
@@ -81,7 +82,23 @@ class Running(Saving):
             if self._world.tiers:
                 note["tiers"] = {" + ".join(one.laws): tier for one, tier in self._world.tiers.items()}
             found = recorder.close(note or None) if recorder is not None else None
+        if watch is not None:
+            watch.report()
         return found
+
+    def _look_at_steps(self, end: Instant) -> Any:
+        """Warn of host steps that are too long for the forces; returns the `xpheve.plan.resolution.Watch` of a run that has steps."""
+        world = self._world
+        if world.settings.dt is None or not any(one.signature.laws and one.state.count for one in world.batches):
+            return None
+        from xpheve.plan.resolution import Watch, warn_of_steps
+
+        try:
+            world.plan()
+        except LawFailedError:  # time will not pass, and who waits for it is told
+            return None
+        warn_of_steps(world)
+        return Watch(world, end)
 
     def step(self, dt: float) -> None:
         """One host step: to the next point of the grid of ``dt`` [s]; the same grid as ``run(dt=...)``."""
@@ -128,14 +145,19 @@ class Running(Saving):
     def _begin(self, settings: Settings) -> None:
         """What happens once before time passes."""
         world = self._world
+        before = world.settings
         world.set_out(settings)
         if not self._started:
             try:
                 world.plan()
             except LawFailedError as error:
+                world.settings = before
                 world.give_up(error)
                 self._begin(settings)
                 return
+            except BaseException:
+                world.settings = before
+                raise
             self._authored = self._save()
             self._started = True
             world.tell(when.Started, lambda container, condition: True, Event(self.time, objects=()))

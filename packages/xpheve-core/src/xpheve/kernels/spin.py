@@ -48,13 +48,18 @@ def turned(q: Quat, m: Vec, spread: Vec, s: float) -> Quat:
 
 def about_axes(q: Quat, m: Vec, spread: Vec, s: float) -> Quat:
     """Turns about the body axes x, y, z, y, x, of which one axis needs none; ``m`` is in the body frame."""
+    q, m = through_axes(q, m, spread, s)
+    return q
+
+
+def through_axes(q: Quat, m: Vec, spread: Vec, s: float) -> tuple[Quat, Vec]:
+    """As `about_axes`; and ``m`` as the body sees it then. Compositions of it are of higher order (H. Yoshida, Phys. Lett. A 150 (1990) 262)."""
     h = 0.5 * s
     q, m = about_x(q, m, h * spread[0])
     q, m = about_y(q, m, h * spread[1])
     q, m = about_z(q, m, s * spread[2])
     q, m = about_y(q, m, h * spread[1])
-    q, m = about_x(q, m, h * spread[0])
-    return q
+    return about_x(q, m, h * spread[0])
 
 
 def about_x(q: Quat, m: Vec, rate: float) -> tuple[Quat, Vec]:

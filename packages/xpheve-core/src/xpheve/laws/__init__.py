@@ -3,6 +3,7 @@
 from xpheve.laws.conditions import Condition
 from xpheve.laws.container import LawContainer
 from xpheve.laws.event import Contact, Event
+from xpheve.laws.flow import FlowLaw
 from xpheve.laws.law import (
     API_VERSION,
     ContinuousLaw,
@@ -24,6 +25,7 @@ __all__ = [
     "ContinuousLaw",
     "Event",
     "FieldLaw",
+    "FlowLaw",
     "Impulse",
     "LawContainer",
     "PairLaw",

@@ -112,6 +112,10 @@ class LawContainer:
         """Raise `NotAcceptedError` if the container does not take ``law``."""
         if not isinstance(law, PhysicalLaw):
             raise NotAcceptedError(f"{self.label()}: {law!r} is not a PhysicalLaw")
+        if not law.in_containers:
+            raise NotAcceptedError(
+                f"{self.label()}: {law!r} acts all the time, and goes into no container: leave container=None"
+            )
         wrong_role = self.accepts_role and law.role != self.accepts_role
         if not isinstance(law, self.accepts) or wrong_role:
             wanted = self.accepts.__name__ + (f" of role {self.accepts_role!r}" if self.accepts_role else "")

@@ -64,6 +64,8 @@ class PhysicalLaw:
     role: ClassVar[str] = "law"
     condition: ClassVar[Condition | None] = None
     """When the law is enforced if it is put into no container; None for laws that act all the time."""
+    in_containers: ClassVar[bool] = True
+    """Whether the law may be enforced at an event."""
     container: ClassVar[str] = ""
     """Id of the container class that holds the law if none is given; empty for the plain `LawContainer`."""
     columns: ClassVar[dict[str, Column]] = {}
@@ -217,7 +219,7 @@ _SILENT: set[Any] = set()
 """The methods of the contract itself, which say nothing."""
 
 
-def _silent(method: Method) -> Method:
+def silent(method: Method) -> Method:
     """Mark ``method`` as one of the contract, which a law may write."""
     _SILENT.add(method)
     return method
@@ -245,7 +247,7 @@ class ContinuousLaw(PhysicalLaw):
                     "which is traced and compiled; apply is NumPy, which is neither. Keep one of them"
                 )
 
-    @_silent
+    @silent
     def jumps(self, since: float) -> tuple[float, ...]:
         """Simulation times [s] at which the force on an object that came under the law at ``since`` jumps.
 
@@ -279,17 +281,17 @@ class FieldLaw(ContinuousLaw):
     time is *constant*: it is evaluated once and its force is stored.
     """
 
-    @_silent
+    @silent
     def force(self, body: BodyView) -> Any:
         """Force [N] on each body of the batch, world frame, at the centre of mass."""
         raise LawDefinitionError(f"{type(self).__name__}: write force(self, body)")
 
-    @_silent
+    @silent
     def torque(self, body: BodyView) -> Any:
         """Torque [N m] on each body of the batch, world frame. Optional."""
         raise LawDefinitionError(f"{type(self).__name__}: write torque(self, body)")
 
-    @_silent
+    @silent
     def apply(self, body: BodyView) -> Any:
         """Forces [N], shape (n, 3), in plain NumPy: in place of `force` where no formula does. Never traced, so never compiled.
 
@@ -298,7 +300,7 @@ class FieldLaw(ContinuousLaw):
         """
         raise LawDefinitionError(f"{type(self).__name__}: write apply(self, body)")
 
-    @_silent
+    @silent
     def potential(self, body: BodyView) -> Any:
         """Potential energy [J] of each body, shape (n, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, body)")
@@ -310,25 +312,35 @@ class PairLaw(ContinuousLaw):
     It acts on every pair of objects that are both mapped to it; with ``between`` on the pairs of one object of the first and one of
     the second group; with ``pairs`` on these alone, such as the springs of a network. The first of a pair as given is ``a``.
 
+    ``one_sided`` says that of ``between`` the first only act, and the second only feel it: a planet and the dust that it pulls. What acts
+    is then moved on first, in steps of its own, and feels nothing of those that it acts on, so that momentum is not conserved.
+
     Parameters
     ----------
     between
         Two objects, or two lists of objects.
     pairs
         Pairs of objects, each pair once in either order.
+    one_sided
+        Whether only the second of ``between`` feel the law.
     name, enabled, **parameters
         As in `PhysicalLaw`.
 
     Raises
     ------
     InvalidValueError
-        If ``between`` or ``pairs`` is not of that form, or both are given.
+        If ``between`` or ``pairs`` is not of that form, or both are given; if ``one_sided`` has no ``between``, or one with an object on both sides.
     """
 
     cutoff: Any = math.inf
     """Distance [m] from which on force and potential are exactly 0, whatever the methods say: a number, a property, or
     ``cutoff = Param(2.5, unit="m", gt=0)``; None is as infinite. The potential must come to 0 there, so subtract its value at the
     cutoff: else energy jumps by that value whenever a pair passes the cutoff."""
+
+    error: Any = 0.0
+    """Relative error, of each body's whole force by the law, that sums over many bodies may have: the 99th percentile of the bodies; a
+    number, a property, or ``error = Param(0.0, unit="1", ge=0, le=0.1)``. 0: sums are exact to rounding. Laws that fall with the square of
+    the distance are then summed by a tree where that is faster."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -347,6 +359,7 @@ class PairLaw(ContinuousLaw):
         *,
         between: tuple[Iterable[PhysicalObject], Iterable[PhysicalObject]] | None = None,
         pairs: Iterable[tuple[PhysicalObject, PhysicalObject]] | None = None,
+        one_sided: bool = False,
         name: str = "",
         enabled: bool = True,
         **parameters: Any,
@@ -362,7 +375,42 @@ class PairLaw(ContinuousLaw):
         self.pairs: tuple[tuple[PhysicalObject, PhysicalObject], ...] | None = None
         if pairs is not None:
             self.pairs = _pairs(pairs, self.label())
+        self.one_sided = one_sided
+        self.check_sides()
+        self._sided: tuple[Any, dict[PhysicalObject, int]] = (None, {})
         self._joined: tuple[Any, dict[PhysicalObject, list[PhysicalObject]]] = (None, {})
+
+    def check_sides(self) -> None:
+        """Raise `InvalidValueError` if it is one-sided, and its sides are none."""
+        if not isinstance(self.one_sided, bool):
+            raise InvalidValueError(f"{self.label()}: one_sided = {self.one_sided!r}: True or False is needed")
+        if not self.one_sided:
+            return
+        if self.between is None:
+            raise InvalidValueError(
+                f"{self.label()}: one_sided says who acts on whom: give between=(sources, targets) with it"
+            )
+        both = set(self.between[0]).intersection(self.between[1])
+        if both:
+            named = min(both, key=lambda obj: obj.serial)
+            raise InvalidValueError(
+                f"{self.label()}: {named!r} is among the sources and the targets of between; what the sources do to one another "
+                "is a law of its own, that is not one_sided"
+            )
+
+    def side_of(self, obj: PhysicalObject) -> int:
+        """On which side of ``between`` an object is: 1 for the first, 2 for the second, 3 for both, 0 for none."""
+        if self._sided[0] is not self.between:
+            found: dict[PhysicalObject, int] = {}
+            for number, side in zip((1, 2), self.between or ((), ()), strict=True):
+                for one in side:
+                    found[one] = found.get(one, 0) | number
+            self._sided = (self.between, found)
+        return self._sided[1].get(obj, 0)
+
+    def moves(self, obj: PhysicalObject) -> bool:
+        """Whether an object that is mapped to the law feels it: all do, but for the sources of a one-sided one."""
+        return not self.one_sided or self.side_of(obj) == 2
 
     @property
     def named(self) -> tuple[PhysicalObject, ...] | None:
@@ -384,12 +432,25 @@ class PairLaw(ContinuousLaw):
         """The cutoff [m] as it is now, infinite if there is none; raises `LawDefinitionError` if it is no length above 0."""
         return _length(self.cutoff, self.label())
 
-    @_silent
+    def allowed_error(self) -> float:
+        """The relative error that sums may have, as it is now; raises `LawDefinitionError` if it is not from 0 to 0.1."""
+        try:
+            found = math.nan if isinstance(self.error, (bool, str)) else float(self.error)
+        except (TypeError, ValueError):
+            found = math.nan
+        if not 0.0 <= found <= 0.1:
+            raise LawDefinitionError(
+                f"{self.label()}.error = {self.error!r}: a relative error from 0, for exact sums, to 0.1 is needed; of a parameter: "
+                'error = Param(0.0, unit="1", ge=0, le=0.1)'
+            )
+        return found
+
+    @silent
     def force(self, a: BodyView, b: BodyView) -> Any:
         """Force [N] on ``a`` of each pair, shape (pairs, 3), world frame; its opposite acts on ``b``."""
         raise LawDefinitionError(f"{type(self).__name__}: write force(self, a, b)")
 
-    @_silent
+    @silent
     def apply(self, a: BodyView, b: BodyView) -> Any:
         """Forces [N] on ``a`` of each pair, shape (pairs, 3), in plain NumPy, in place of `force`. Never traced, so never compiled.
 
@@ -397,7 +458,7 @@ class PairLaw(ContinuousLaw):
         """
         raise LawDefinitionError(f"{type(self).__name__}: write apply(self, a, b)")
 
-    @_silent
+    @silent
     def potential(self, a: BodyView, b: BodyView) -> Any:
         """Potential energy [J] of each pair, shape (pairs, 1). Optional; without it the law's work is reported."""
         raise LawDefinitionError(f"{type(self).__name__}: write potential(self, a, b)")

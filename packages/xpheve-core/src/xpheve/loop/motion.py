@@ -5,14 +5,15 @@
 and where some force has no potential, the sum of those forces [N], ``s[w + c * N + i]`` of the M rows. There are 3 components, or 7 where
 rows turn: then 3 to 6 are the orientation, as `xpheve.kernels.turning` has it.
 
-Buffers: ``f`` = the driver's own, parameters, tables, row constants (``k[slot * N + i]``), the motion of sources; ``n`` = counts, segments,
+Buffers: ``f`` = the driver's own, parameters, tables, row constants (``k[slot * N + i]``), the motion of sources, scratch of pairs, then
+one for each set of pairs (a tree's numbers); ``n`` = counts, segments,
 the driver's own, then three for each set of pairs (left, right, places of parameters). Counts: segments, N, M, 0, then two for each set of
 pairs (how many pairs or rows, place of the parameters). A segment is: kind, first row, last row, place of its parameters.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from xpheve.loop.couples import LISTED, variable
 from xpheve.loop.fields import AXES, UP
@@ -26,6 +27,8 @@ FIRST_LISTS, LISTS = 3, 3
 """The first of the buffers with lists of pairs, and how many each set has."""
 FIRST_COUNTS, COUNTS = 4, 2
 """The first of the counts of sets of pairs, and how many each has."""
+SCRATCH = 5
+"""The buffer of scratch that all sets of pairs share; after it comes one for each set."""
 PLACES, ROTATION = 3, 7
 """Components of a row that is carried along, and of one that turns, too."""
 QUATERNION = ("orientation", "angular_velocity")
@@ -57,12 +60,18 @@ class RowSlots:
 class MotionText:
     """The text of ``forces`` for rows of ``kinds`` (law sets) and pairs of ``pair_kinds``.
 
-    ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
+    ``charges`` names what bodies of the sets of pairs act by that a tree sums. ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
     """
 
     def __init__(
-        self, kinds: Sequence[tuple[Term, ...]], pair_kinds: Sequence[PairKind], stored_work: bool, turning: bool
+        self,
+        kinds: Sequence[tuple[Term, ...]],
+        pair_kinds: Sequence[PairKind],
+        stored_work: bool,
+        turning: bool,
+        charges: Mapping[int, str] | None = None,
     ) -> None:
+        self.charges = charges or {}
         self.kinds, self.pair_kinds = tuple(kinds), tuple(pair_kinds)
         self.turning, self.stored_work = turning, stored_work
         self.components = ROTATION if turning else PLACES
@@ -82,8 +91,18 @@ class MotionText:
         for number, kind in enumerate(self.kinds):
             lines += _Rows(self, number, kind).function()
         for number, pair in enumerate(self.pair_kinds):
-            lines += _Pairs(self, number, pair).function()
+            lines += self._pairs(number, pair).function()
         return "\n".join([*lines, *self._forces()]) + "\n"
+
+    def _pairs(self, number: int, pair: PairKind) -> PairsText:
+        """What writes the function of a set of pairs."""
+        from xpheve.loop.long_range import TILES, TREE, TilePairs, TreePairs
+
+        if pair.how == TREE:
+            found = TreePairs(self, number, pair)
+            found.charge = self.charges[number]
+            return found
+        return (TilePairs if pair.how == TILES else PairsText)(self, number, pair)
 
     def _forces(self) -> list[str]:
         lines = ["def forces(f, n, x, v, a, w, now):"]
@@ -93,11 +112,12 @@ class MotionText:
             lines += ["    for i in range(3 * rows):", "        s[a + i] = 0.0"]
             if self.works:
                 lines.append("        s[w + i] = 0.0")
-        for number, _ in enumerate(self.pair_kinds):
+        for number, pair in enumerate(self.pair_kinds):
             at, count = FIRST_LISTS + LISTS * number, FIRST_COUNTS + COUNTS * number
             lists = ", ".join(f"n[{at + one}]" for one in range(LISTS))
+            scratch = f", f[{SCRATCH}], f[{SCRATCH + 1 + number}]" if self._pairs(number, pair).scratch else ""
             lines.append(
-                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now)"
+                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now{scratch})"
             )
         lines.append("    for j in range(c[0]):")
         for number in range(len(self.kinds)):
@@ -228,8 +248,11 @@ class _Rows:
         self.body += [f"s[a + {3 + c} * rows + i] = bend[{c}]" for c in range(4)]
 
 
-class _Pairs:
+class PairsText:
     """Writes ``pairs_<number>``: the force of a pair law on ``a``, and its opposite on ``b``, added pair by pair."""
+
+    scratch = False
+    """Whether it needs the scratch of all sets, ``t``, and what is kept for this one, ``z``."""
 
     def __init__(self, motion: MotionText, number: int, pair: PairKind) -> None:
         self.motion, self.number, self.term, self.how, self.shared = motion, number, *pair
@@ -237,9 +260,14 @@ class _Pairs:
         self.fixed: list[str] = []
         self._write()
 
+    def head(self) -> str:
+        """The first line of the function."""
+        given = "s, p, tables, k, left, right, which, count, q, rows, x, v, a, w, now"
+        return f"def pairs_{self.number}({given}{', t, z' if self.scratch else ''}):"
+
     def function(self) -> list[str]:
         """The lines of the function."""
-        head = [f"def pairs_{self.number}(s, p, tables, k, left, right, which, count, q, rows, x, v, a, w, now):"]
+        head = [self.head()]
         if self.how == LISTED:
             inner = ["i = left[m]", "j = right[m]"]
             if self.shared:
@@ -316,4 +344,4 @@ class _Pairs:
         return lines
 
 
-__all__ = ["PLACES", "ROTATION", "MotionText", "RowSlots"]
+__all__ = ["PLACES", "ROTATION", "MotionText", "PairsText", "RowSlots"]

@@ -33,7 +33,8 @@ def account(
     torque = world.batches[number].state.arrays.get("torque") if number >= 0 else None
     turned = torque is not None and torque[:, int(world.bodies.local[obj._row])].any()
     works = number >= 0 and world.batches[number].working is not None
-    if not works and not turned and all(one.accounted for one in stored):
+    running = _running(world, number, obj)
+    if not works and not turned and running is None and all(one.accounted for one in stored):
         return
     way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
     work: dict[str, list[float]] = {}
@@ -46,6 +47,8 @@ def account(
     if number < 0:
         return
     batch, local = world.batches[number], int(world.bodies.local[obj._row])
+    if running is not None:
+        world.add_work(label_of(batch), math.fsum([running, *(-part for parts in work.values() for part in parts)]))
     if works and batch.working is not None:
         force = batch.working[:, local]
         world.add_work(label_of(batch), math.fsum((force * np.array(way)).tolist()))
@@ -58,10 +61,21 @@ def account(
         world.add_work(twist_label(batch), float(after - before))
 
 
+def _running(world: World, number: int, obj: PhysicalObject) -> float | None:
+    """The work of all forces without potential in the flight of ``obj`` that ends now, where the stepper finds it."""
+    if number < 0 or not world.batches[number].stepper.books_work:
+        return None
+    batch, places = world.batches[number], world.bodies.local[[obj._row]]
+    found = batch.stepper.running(batch.state, world.time, places)
+    return None if found is None else float(found[0])
+
+
 def take_work(world: World, batch: Batch, locals_: Sequence[int]) -> None:
     """Book what the stepper kept of the work done on rows of ``batch``."""
     kept = [batch.state.arrays[name] for name in ("work", "work_rest")]
-    joules = math.fsum(value for array in kept for value in array[0, locals_].tolist())
+    which = np.array(locals_, dtype=np.int64)
+    running = batch.stepper.running_work(batch.state, world.bodies, world.time, which).tolist()
+    joules = math.fsum([*running, *(value for array in kept for value in array[0, locals_].tolist())])
     if joules:
         world.add_work(label_of(batch), joules)
     for array in kept:

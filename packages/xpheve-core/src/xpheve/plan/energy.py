@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FieldLaw, FlowLaw, PairLaw
 from xpheve.plan.driven import immovable
 from xpheve.plan.groups import Batch
 from xpheve.plan.pairs import PairSet
@@ -74,7 +74,7 @@ def twist_label(batch: Batch) -> str:
 def label_of(batch: Batch) -> str:
     """Under what name the work of forces along the way on ``batch`` is booked."""
     labels = [law.label() for law in batch.laws if not law.defines("potential")]
-    return " + ".join([*labels, "driven"] if batch.lent else labels) or "laws"
+    return " + ".join([*labels, *batch.lent]) or "laws"
 
 
 class Snapshot:
@@ -150,7 +150,7 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
         if only is not None and only not in members:
             continue
         time = world.time[0]
-        if isinstance(law, FieldLaw):
+        if isinstance(law, FieldLaw | FlowLaw):
             rows = np.array([obj._row for obj in members if not immovable(obj) and only in (None, obj)], dtype=np.int64)
             if len(rows):
                 yield world.evaluator.potential(law, (rows,), time, shot.__getitem__)
@@ -161,8 +161,10 @@ def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> It
 
 
 def _pairs(law: PairLaw, members: list[PhysicalObject], only: PhysicalObject | None) -> PairSet:
-    """The pairs that ``law`` acts on and that are no driven object's, or those of ``only``."""
+    """The pairs that ``law`` acts on and that are no driven object's, nor a moving source's, or those of ``only``."""
     free = [obj for obj in members if not obj._driven]
+    if law.one_sided:
+        free = [obj for obj in free if obj._fixed or law.side_of(obj) == 2]
     if only is None:
         return PairSet(law, free, [obj._fixed for obj in free])
     if only._fixed:
@@ -199,6 +201,11 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         rows, found = batch.state.rows, work.setdefault(label_of(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
+            found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
+            running = batch.stepper.running(batch.state, world.time, slice(None))
+            if running is not None:  # less that of stored forces, which is told above
+                way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
+                found += [*running.tolist(), *(-bodies.arrays["working"][:, rows] * way).ravel().tolist()]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
         turned = rows[twisted(batch)]

@@ -15,13 +15,13 @@ import numpy as np
 from xpheve.bodies import STATE_WIDTHS, Bodies
 from xpheve.errors import LawFailedError
 from xpheve.kernels.clock import Instant
-from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw, PhysicalLaw
+from xpheve.laws import ContinuousLaw, FieldLaw, FlowLaw, PairLaw, PhysicalLaw
 from xpheve.laws.view import STATE, Batch, BodyView
 from xpheve.objects import PhysicalObject
 from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
-from xpheve.steppers.contract import Array, Rows, Signature
+from xpheve.steppers.contract import Array, Attraction, Rows, Signature
 from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
@@ -107,7 +107,8 @@ class Evaluator:
 
         return BodyView(fetch, reads, len(rows))
 
-    def _remember(self, law: ContinuousLaw, reads: set[str]) -> None:
+    def remember(self, law: ContinuousLaw, reads: set[str]) -> None:
+        """Keep what ``law``, which is called, was seen to read."""
         self.seen.setdefault(law, set()).update(reads)
 
     def volumes(self, rows: Rows) -> Array:
@@ -131,7 +132,7 @@ class Evaluator:
         if trace is None:
             view = self.view(law, rows, time, state, reads)
             found = self._checked(law, _called(law), (view,), rows, time)
-            self._remember(law, reads)
+            self.remember(law, reads)
             return found, None
         reads |= trace.reads
         found = self._run(law, trace.motion_arrays, {"": (rows, state)}, time)
@@ -139,7 +140,7 @@ class Evaluator:
         first = 0
         for k, (method, nodes) in enumerate((("force", trace.force), ("torque", trace.torque))):
             if nodes is not None:
-                parts[k] = self._finite(law, method, found[first : first + 3], rows, time)
+                parts[k] = self.finite(law, method, found[first : first + 3], rows, time)
                 first += 3
         return parts[0], parts[1]
 
@@ -152,10 +153,10 @@ class Evaluator:
         if trace is None:
             views = [self.view(law, rows, time, one, reads) for rows, one in sides.values()]
             found = self._checked(law, _called(law), views, a, time)
-            self._remember(law, reads)
+            self.remember(law, reads)
             return found
         reads |= trace.reads
-        return self._finite(law, "force", self._run(law, trace.motion_arrays, sides, time), a, time)
+        return self.finite(law, "force", self._run(law, trace.motion_arrays, sides, time), a, time)
 
     def potential(self, law: ContinuousLaw, sides: Sequence[Rows], time: float, state: Fetch) -> Array:
         """Potential energy [J] of each object or pair, shape (rows,); ``state(name)`` is over all rows of the engine."""
@@ -185,11 +186,11 @@ class Evaluator:
         return found
 
     def _checked(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
-        result = self._call(law, method, views, rows, time)
+        result = self.call(law, method, views, rows, time)
         try:
             if np.iscomplexobj(result):
                 raise TypeError("complex")
-            full = np.broadcast_to(_vectors(result, len(rows), views), (len(rows), 3)).T
+            full = np.broadcast_to(vectors(result, len(rows), views), (len(rows), 3)).T
         except (ValueError, TypeError):
             shape = (
                 f"an array of shape {result.shape}"
@@ -201,9 +202,9 @@ class Evaluator:
                 "A number times a direction is one: body.position.z * (0, 0, 1); so is xp.vector(fx, fy, fz)",
                 law,
             ) from None
-        return self._finite(law, method, full, rows, time)
+        return self.finite(law, method, full, rows, time)
 
-    def _finite(self, law: ContinuousLaw, method: str, full: Array, rows: Rows, time: float) -> Array:
+    def finite(self, law: ContinuousLaw, method: str, full: Array, rows: Rows, time: float) -> Array:
         """``full``, shape (3, rows), if all of it is finite; else `LawFailedError` says whose is not."""
         if not np.isfinite(full).all():
             bad = int(np.flatnonzero(~np.isfinite(full).all(axis=0))[0])
@@ -232,7 +233,8 @@ class Evaluator:
         tables = [one for one in _tables(law) if one.outside == "error"]
         return f" Outside of its points a table gives NaN: {', '.join(map(_extent, tables))}" if tables else ""
 
-    def _call(self, law: ContinuousLaw, method: str, views: Sequence[BodyView], rows: Rows, time: float) -> Any:
+    def call(self, law: ContinuousLaw, method: str, views: Sequence[Any], rows: Rows, time: float) -> Any:
+        """What ``method`` of ``law`` returns for ``views``; raises `LawFailedError` in place of whatever it raises."""
         called = force_by_rows(law) if method == "force" else getattr(as_arrays(law), method)
         with np.errstate(all="ignore"):
             try:
@@ -248,7 +250,7 @@ class Evaluator:
                 ) from error
 
     def _called_potential(self, law: ContinuousLaw, views: Sequence[BodyView], rows: Rows, time: float) -> Array:
-        result = self._call(law, "potential", views, rows, time)
+        result = self.call(law, "potential", views, rows, time)
         try:
             return np.broadcast_to(np.asarray(result, dtype=float), (len(rows), 1))[:, 0]
         except (ValueError, TypeError):
@@ -270,7 +272,7 @@ def _part(state: Fetch, rows: Rows) -> Fetch:
     return lambda name: state(name)[:, rows]
 
 
-def _vectors(result: Any, count: int, views: Sequence[BodyView]) -> Any:
+def vectors(result: Any, count: int, views: Sequence[BodyView]) -> Any:
     """``result`` as vectors; raises `ValueError` where broadcasting would make a vector of what is none.
 
     A number, or a column (n, 1), would push along all three axes; 0 is no force. One number a row, such as ``body.position[:, 2]``, has
@@ -342,17 +344,23 @@ class BatchSources:
         rows = {obj: obj._row for obj in objects}
         self.fields: list[tuple[FieldLaw, Array]] = []
         self.pairs: list[tuple[PairLaw, PairSet]] = []
+        self.flows: list[tuple[FlowLaw, Array]] = []
         self._standing: dict[ContinuousLaw, _Effect] = {}
         """What the last evaluation found of laws that read neither velocity nor orientation."""
         self._traces = {law: formula_of(law) for law in laws}
         self.jumps: list[float] = self._jumps(objects)
         for law in laws:
             members = world.in_rank_order(world.mapping.objects(law))
-            if isinstance(law, FieldLaw):
+            if isinstance(law, FieldLaw | FlowLaw):
                 mask = np.zeros(bodies.capacity, dtype=bool)
                 mask[[rows[obj] for obj in members if obj in rows]] = True
-                self.fields.append((law, mask))
+                if isinstance(law, FieldLaw):
+                    self.fields.append((law, mask))
+                else:
+                    self.flows.append((law, mask))
             elif isinstance(law, PairLaw):
+                if law.one_sided:  # targets of other batches are no affair of this one
+                    members = [obj for obj in members if obj in rows or law.side_of(obj) == 1]
                 self.pairs.append((law, PairSet(law, members, [obj not in rows for obj in members])))
         self.masks = dict(self.fields)
         self.sets = dict(self.pairs)
@@ -360,6 +368,16 @@ class BatchSources:
         used = np.unique(np.concatenate(sources)) if sources else np.zeros(0, dtype=np.int64)
         self.hands: Rows = used[bodies.driven[used]]
         """The rows of driven objects that act on the batch."""
+        apart = used[~(bodies.fixed[used] | bodies.driven[used])]
+        self.suns: Rows = apart[~np.isin(apart, list(rows.values()))]
+        """The rows of moving objects of other batches that act on the batch by one-sided laws."""
+        self.ring = any(
+            law.one_sided and law.between is not None and any(obj in rows for obj in law.between[0])
+            for law, _ in self.pairs
+        )
+        """Whether a one-sided law acts from one row of the batch on another."""
+        self.lent = (*(["driven"] if len(self.hands) else []), *(["sources"] if len(self.suns) or self.ring else []))
+        """Who acts on the batch and shares no potential energy with it; see `xpheve.plan.groups.Batch`."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
         self.twists = np.zeros(bodies.capacity, dtype=bool)
         for law, mask in self.fields:
@@ -385,7 +403,7 @@ class BatchSources:
     @cached_property
     def reads_turning(self) -> bool:
         """Whether a law reads orientation or angular velocity, for all that is known."""
-        return any(map(self._reads_rotation, self.laws))
+        return any(self._reads_rotation(law) for law in self.laws if not isinstance(law, FlowLaw))
 
     @cached_property
     def turning_pairs(self) -> bool:
@@ -452,6 +470,10 @@ class BatchSources:
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
+            elif len(self.suns):
+                self.why_alone = "objects that move act on it by one-sided laws"
+            elif self.ring:
+                self.why_alone = "one-sided laws act from one of its objects on another"
             elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
                 self.why_alone = f"more than {LISTABLE} pairs between objects that are named"
             elif alone:
@@ -460,6 +482,12 @@ class BatchSources:
                 self._try_kernels()
                 self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
         return self._program
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows``; see `xpheve.steppers.contract.Sources`."""
+        from xpheve.plan.forms import attractions
+
+        return attractions(self, rows)
 
     @property
     def motion(self) -> Any:
@@ -497,6 +525,12 @@ class BatchSources:
             self._program.forget_parameters()
         if self._motion is not None:
             self._motion.forget()
+
+    def linear(self, rows: Rows) -> Any:
+        """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
+        from xpheve.plan.linear_form import form_of_rows
+
+        return form_of_rows(self.world, self.laws, rows)
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
@@ -583,6 +617,16 @@ class BatchSources:
                 torque[:, effect.which] += effect.torque
         return force, torque, reads_velocity
 
+    def flow(
+        self, rows: Rows, t: Instant, state: dict[str, Array], span: float, backwards: bool = False
+    ) -> tuple[set[str], Array]:
+        """Let the flow laws act on ``state``; see `xpheve.steppers.contract.Sources`."""
+        from xpheve.plan.flows import flow_all
+
+        acting = [(law, mask) for law, mask in self.flows if law.enabled]
+        twisted = self.twists[rows] | self.world.bodies.arrays["torque"][:, rows].any(axis=0)
+        return flow_all(self.world.evaluator, acting[::-1] if backwards else acting, rows, t, state, span, twisted)
+
     def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:
         """What ``law`` does to ``rows``; None if it concerns none of them."""
         reads: set[str] = set()
@@ -617,7 +661,7 @@ class BatchSources:
             if name not in held:
                 whole: Array = bodies.arrays[name][:, : bodies.count].copy()
                 whole[:, rows] = state[name]
-                for row in self.hands.tolist():
+                for row in (*self.hands.tolist(), *self.suns.tolist()):
                     whole[:, row] = self.world.read_row(row, name, t)
                 held[name] = whole
             return held[name]
@@ -630,8 +674,9 @@ class BatchSources:
             if not len(a):
                 continue
             found = self.world.evaluator.pair(law, a, b, t[0], everywhere, reads)
-            add_opposite(total, place[a], place[b], found)
-            if len(self.hands):
-                by_hand = bodies.driven[a] | bodies.driven[b]
-                add_opposite(lent, place[a[by_hand]], place[b[by_hand]], found[:, by_hand])
+            felt = np.full(len(a), -1) if law.one_sided else place[a]
+            add_opposite(total, felt, place[b], found)
+            if self.lent:
+                moved = bodies.driven[a] | bodies.driven[b] | (law.one_sided & ~bodies.fixed[a])
+                add_opposite(lent, felt[moved], place[b[moved]], found[:, moved])
         return _Effect(slice(None), total, None, lent if law.defines("potential") else total, reads)

@@ -122,6 +122,10 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def _after(signature: Any) -> str:
+    return f"; moved on after what acts on it, in place {signature.level + 1}" if signature.level else ""
+
+
 def _because(signature: Any) -> str:
     if signature.driven:
         return "held or carried by the host; forces and laws wait"
@@ -133,7 +137,7 @@ def _because(signature: Any) -> str:
     if signature.laws:
         torque["none"] = "no stored torque"
     laws = f"laws along the way: {', '.join(signature.laws)}" if signature.laws else "stored forces only"
-    return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}"
+    return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}{_after(signature)}"
 
 
 def _law(
@@ -168,6 +172,8 @@ def _pairs(law: PairLaw, objects: int) -> str:
     """Which pairs ``law`` acts on."""
     if law.pairs is not None:
         return f"{len(law.pairs)} given"
+    if law.between is not None and law.one_sided:
+        return f"{len(law.between[0])} sources act on {len(law.between[1])} objects"
     if law.between is not None:
         return f"between {len(law.between[0])} and {len(law.between[1])} objects"
     return f"all of {objects} objects"

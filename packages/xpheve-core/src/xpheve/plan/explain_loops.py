@@ -6,7 +6,8 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
-from xpheve.laws import ContinuousLaw
+from xpheve.laws import ContinuousLaw, FlowLaw
+from xpheve.plan import loops
 from xpheve.plan.hand_kernels import is_by_hand
 
 if TYPE_CHECKING:
@@ -59,12 +60,15 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
 def _calls(world: World, batch: Batch, sources: BatchSources) -> str:
     """Whether many steps are made in one call, and if not, why not."""
     objects = [world.bodies.objects[row] for row in batch.state.rows.tolist()]
-    contacts = world.contacts
     if len(sources.hands):
         why = "objects that the host carries act on it"
+    elif not loops.stands_still(world, batch):
+        why = "what acts on it is known one step at a time"
+    elif world.is_source(batch):
+        why = "it acts on objects that move after it"
     elif world.wakeups.tracker.follows_any(objects):
         why = "a condition follows its motion"
-    elif contacts is not None and any(contacts.concerns(obj) for obj in objects):
+    elif batch.signature.contacts:
         why = "contacts of its objects are looked for"
     elif world.host_step_listeners():
         why = "somebody is called at host steps"
@@ -143,6 +147,8 @@ def _why_untraced(law: ContinuousLaw) -> str:
     from xpheve.trace.recorder import trace_law, why_untraced
 
     why = why_untraced(law)
+    if isinstance(law, FlowLaw):
+        return f"split off: {why}"
     if is_by_hand(law):
         return f"{why}; the NumPy tier calls it row by row in Python, which is slow"
     if not why:

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
-from xpheve.laws import ContinuousLaw, PairLaw
+from xpheve.laws import ContinuousLaw, FlowLaw, PairLaw
+from xpheve.plan.contacts_wanted import contacts_concern
 from xpheve.plan.driven import immovable
+from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.stiffness import is_stiff
 from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, Stepper
 
 if TYPE_CHECKING:
@@ -38,8 +41,8 @@ class Batch:
         self.state = state
         self.sources: BatchSources | None = None
         self.laws: list[ContinuousLaw] = []
-        self.lent = False
-        """Whether driven objects act on it through pair laws."""
+        self.lent: tuple[str, ...] = ()
+        """Who acts on it through pair laws and shares no potential energy: "driven" objects, moving "sources" of one-sided laws."""
 
     @property
     def stepper(self) -> Stepper:
@@ -49,7 +52,7 @@ class Batch:
     def working(self) -> Array | None:
         """Forces [N] of the laws without potential over the present flights, (3, rows); None if there are none.
 
-        What pair laws with driven objects do is among them: a driven object has no potential energy.
+        What pair laws with driven objects do is among them, and with moving sources of one-sided laws: neither shares a potential energy.
         """
         if not self.lent and all(law.defines("potential") for law in self.laws):
             return None
@@ -108,14 +111,27 @@ def torque_of(world: World, obj: PhysicalObject) -> str:
 
 
 def find_group(world: World, start: PhysicalObject) -> list[PhysicalObject]:
-    """All objects that pair laws join with ``start``, itself included; fixed and driven ones are sources and join nothing."""
+    """All objects that pair laws join with ``start``, itself included; fixed and driven ones are sources and join nothing.
+
+    Nor do the sources of one-sided laws, unless they hang on one another in a ring: a ring is one group.
+    """
+    found = join(world, start)
+    if acts_one_sided(world, found):
+        ring = in_ring(world, start, found)
+        if ring:
+            found = world.in_rank_order({*found, *ring})
+    return found
+
+
+def join(world: World, start: PhysicalObject) -> list[PhysicalObject]:
+    """All objects that two-sided laws join with ``start``, itself included, by rank."""
     found = {start: None}
     frontier = [start]
     spent: set[tuple[PairLaw, int]] = set()
     while frontier:
         obj = frontier.pop()
         for law in world.continuous_laws(obj):
-            if not isinstance(law, PairLaw):
+            if not isinstance(law, PairLaw) or law.one_sided:
                 continue
             for side, others in partners(world, law, obj):
                 if (law, side) in spent:
@@ -137,22 +153,123 @@ def partners(world: World, law: PairLaw, obj: PhysicalObject) -> list[tuple[int,
         return [(0, list(mapped))]
     these, those = law.between
     found: list[tuple[int, Sequence[PhysicalObject]]] = []
-    if obj in these:
+    side = law.side_of(obj)
+    if side & 1:
         found.append((1, [other for other in those if other in mapped]))
-    if obj in those:
+    if side & 2 and not law.one_sided:
         found.append((2, [other for other in these if other in mapped]))
     return found
 
 
-def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
-    """What the laws and torques of ``group`` ask of a stepper."""
+# Sources and targets
+
+
+def acts_one_sided(world: World, objects: Iterable[PhysicalObject]) -> bool:
+    """Whether one of ``objects`` is a source of a one-sided law."""
+    return any(
+        isinstance(law, PairLaw) and law.one_sided and law.side_of(obj) == 1
+        for obj in objects
+        for law in world.mapping.laws(obj)
+    )
+
+
+def targets_of(world: World, obj: PhysicalObject, spent: set[PairLaw] | None = None) -> list[PhysicalObject]:
+    """The objects that one-sided laws let ``obj`` act on, by rank, but for laws that are ``spent``; those that are asked become so."""
+    found: dict[PhysicalObject, None] = {}
+    for law in world.mapping.laws(obj):
+        if not (isinstance(law, PairLaw) and law.one_sided and law.enabled and not law.containers):
+            continue
+        if spent is not None and (law in spent or law.side_of(obj) != 1):
+            continue
+        for _, others in partners(world, law, obj):
+            found.update((other, None) for other in others if not immovable(other))
+        if spent is not None:
+            spent.add(law)
+    return world.in_rank_order(found) if found else []
+
+
+def downstream(world: World, objects: Iterable[PhysicalObject]) -> list[PhysicalObject]:
+    """All that hangs on ``objects`` by one-sided laws, those excluded, and the groups of that."""
+    seen = dict.fromkeys(objects)
+    found: dict[PhysicalObject, None] = {}
+    frontier = list(seen)
+    spent: set[PairLaw] = set()
+    while frontier:
+        for other in targets_of(world, frontier.pop(), spent):
+            for member in [] if other in seen else world.group_of(other):
+                if member not in seen:
+                    seen[member] = found[member] = None
+                    frontier.append(member)
+    return list(found)
+
+
+def sources_of(world: World, objects: Iterable[PhysicalObject]) -> dict[PhysicalObject, None]:
+    """The moving objects that act on ``objects`` by one-sided laws."""
+    laws = {law: None for obj in objects for law in world.continuous_laws(obj)}
+    found: dict[PhysicalObject, None] = {}
+    for law in laws:
+        if isinstance(law, PairLaw) and law.one_sided and law.between is not None:
+            mapped = world.mapping.objects(law)
+            found.update((one, None) for one in law.between[0] if one in mapped and not immovable(one))
+    return found
+
+
+def upstream(world: World, group: Sequence[PhysicalObject]) -> dict[PhysicalObject, list[PhysicalObject]]:
+    """All that ``group`` hangs on, each with what is joined with it; itself, if it hangs on itself."""
+    found: dict[PhysicalObject, list[PhysicalObject]] = {}
+    frontier = [group]
+    while frontier:
+        for obj in sources_of(world, frontier.pop()):
+            if obj not in found:
+                joined = join(world, obj)
+                found.update((member, joined) for member in joined)
+                frontier.append(joined)
+    return found
+
+
+def in_ring(world: World, start: PhysicalObject, group: Sequence[PhysicalObject]) -> set[PhysicalObject]:
+    """The objects that hang on ``group``, and ``group`` on them; none if it is in no ring."""
+    above = upstream(world, group)
+    if start not in above:
+        return set()
+    return {obj for obj, joined in above.items() if start in upstream(world, joined)}
+
+
+def level_of(world: World, group: Sequence[PhysicalObject], known: dict[PairLaw, int]) -> int:
+    """How many groups stand before ``group`` in the order of dependence, at most; ``known`` keeps that of the sources of laws."""
+    members = set(group)
+    level = 0
+    laws = {law: None for obj in group for law in world.continuous_laws(obj)}
+    for law in laws:
+        if not (isinstance(law, PairLaw) and law.one_sided and law.between is not None):
+            continue
+        if law in known and not any(law.side_of(obj) == 1 for obj in group):
+            level = max(level, known[law])
+            continue
+        mapped = world.mapping.objects(law)
+        sources = [one for one in law.between[0] if one in mapped and not immovable(one)]
+        if not members.isdisjoint(sources):  # a ring
+            others = [one for one in sources if one not in members]
+            level = max([level, *(1 + level_of(world, find_group(world, one), known) for one in others)])
+            continue
+        known[law] = max((1 + level_of(world, find_group(world, one), known) for one in sources), default=0)
+        level = max(level, known[law])
+    return level
+
+
+def signature_of(
+    world: World, group: Sequence[PhysicalObject], known: dict[PairLaw, int] | None = None
+) -> Signature:
+    """What the laws and torques of ``group`` ask of a stepper; ``known``: see `level_of`."""
     if group[0]._driven:
         return Signature((), "none", driven=True)
     laws = {law: None for obj in group for law in world.continuous_laws(obj)}
     labels = tuple(sorted({law.label() for law in laws}))
     kinds = {torque_of(world, obj) for obj in group}
     torque = "general" if "general" in kinds else "principal" if "principal" in kinds else "none"
-    found = Signature(labels, torque, len(group) > 1)
+    levels: dict[PairLaw, int] = {} if known is None else known
+    level = level_of(world, group, levels)
+    found = Signature(labels, torque, len(group) > 1, level=level)
     if not found.evaluated:
         return found
     ordered = [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
@@ -167,13 +284,15 @@ def signature_of(world: World, group: Sequence[PhysicalObject]) -> Signature:
         len(group) > 1,
         form=form,
         reads=facts.reads,
-        conservative=facts.conservative,
-        traced=facts.traced and not moved_by_hand(world, laws),
+        conservative=facts.conservative and level == 0,
+        traced=facts.traced and not moved_by_hand(world, laws) and level == 0,
         near=facts.near,
         stiff=stiff,
         fixed_step=fixed,
         contacts=heard,
         wish=world.wish,
+        flows=tuple(sorted({law.label() for law in laws if isinstance(law, FlowLaw)})),
+        level=level,
     )
 
 
@@ -210,19 +329,16 @@ def moved_by_hand(world: World, laws: Iterable[ContinuousLaw]) -> bool:
     return any(obj._driven for law in laws if isinstance(law, PairLaw) for obj in world.mapping.objects(law))
 
 
-def contacts_concern(world: World, group: Sequence[PhysicalObject]) -> bool:
-    """Whether contacts of some of ``group`` are looked for."""
-    contacts = world.contacts
-    return contacts is not None and any(contacts.concerns(obj) for obj in group)
-
-
 def form_of(
     world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw], torque: str, heard: bool
 ) -> str:
     """What can be proved of the forces on ``group``: "two bodies", "linear" or "general"."""
+    if torque == "general" or heard:
+        return "general"
+    if is_two_bodies(world, group):
+        return "two bodies"
+    from xpheve.plan.linear_form import is_linear
+
+    if is_linear(world, group, laws):
+        return "linear"
     return "general"
-
-
-def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
-    """Whether forces on ``group`` decay far faster than its state changes."""
-    return False

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
-from xpheve.laws import ContinuousLaw
+from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan import books
 from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import BatchSources
@@ -31,6 +31,11 @@ def same_structure(world: World, law: ContinuousLaw) -> bool:
     )
 
 
+def is_of_a_form(world: World, law: ContinuousLaw) -> bool:
+    """Whether a batch that ``law`` is in was chosen for a form of its forces, which other numbers may change."""
+    return any(batch.signature.form != "general" for batch in world.batches if law in batch.laws and batch.state.count)
+
+
 def is_linked(world: World, law: ContinuousLaw) -> bool:
     """Whether ``law`` is known in the batches of all its objects."""
     batches = _batches_of(world, law)
@@ -39,7 +44,8 @@ def is_linked(world: World, law: ContinuousLaw) -> bool:
 
 def _batches_of(world: World, law: ContinuousLaw) -> list[Batch]:
     """The batches of the objects of ``law`` that move; none if one of them is not planned."""
-    rows = [obj._row for obj in world.mapping.objects(law) if not immovable(obj)]
+    felt = law.moves if isinstance(law, PairLaw) else bool
+    rows = [obj._row for obj in world.mapping.objects(law) if not immovable(obj) and felt(obj)]
     numbers = np.unique(world.bodies.batch[rows]).tolist() if rows and not world.unplanned else [-1]
     return [] if numbers[0] < 0 else [world.batches[number] for number in numbers]
 
@@ -93,7 +99,7 @@ def _restart_batch(world: World, batch: Batch) -> None:
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
     """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-    if world.settings.dt is None or world.grid is None or len(sources.hands) or is_heard(world, batch):
+    if world.settings.dt is None or world.grid is None or len(sources.hands) or not stands_still(world, batch) or is_heard(world, batch):
         return 1
     from xpheve.plan.tiers import cost_of_step
 
@@ -113,6 +119,11 @@ def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Inst
     return max(1, steps)
 
 
+def stands_still(world: World, batch: Batch) -> bool:
+    """Whether all that acts on ``batch`` from another is known for ever."""
+    return all(one.stepper.covered(one.state) == NEVER for one in world.acting_on(batch))
+
+
 def number_at(world: World, t: Instant) -> int:
     """The number of the host step that begins at ``t``; -1 if none does."""
     assert world.grid is not None
@@ -124,8 +135,6 @@ def number_at(world: World, t: Instant) -> int:
 def is_heard(world: World, batch: Batch) -> bool:
     """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
     objects = world.bodies.objects
-    rows = batch.state.rows.tolist()
-    if world.wakeups.tracker.follows_any(objects[row] for row in rows):
+    if batch.signature.contacts or world.is_source(batch):
         return True
-    contacts = world.contacts
-    return contacts is not None and any(contacts.concerns(objects[row]) for row in rows)
+    return world.wakeups.tracker.follows_any(objects[row] for row in batch.state.rows)

@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from xpheve.errors import LawFailedError
+from xpheve.kernels import tree
 from xpheve.kernels.clock import Instant
-from xpheve.loop.couples import ALL
 from xpheve.loop.fields import PARAMETERS
+from xpheve.loop.long_range import TILES, TOLD, TREE, TREE_PARAMETERS, how_to_sum, scratch, told, tree_numbers, work_of
 from xpheve.loop.motion import PLACES, MotionText
 from xpheve.loop.program import COMPILED, INTERPRETED, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
 from xpheve.steppers.contract import Array
+from xpheve.trace.inverse_square import inverse_square
 
 if TYPE_CHECKING:
     from xpheve.plan.evaluation import BatchSources
+    from xpheve.trace.inverse_square import InverseSquare
 
 COMPILE_AFTER = 20_000
 """Evaluations times rows and pairs that are interpreted before it pays to compile: some tenths of a second. Both give the same bits."""
@@ -55,14 +58,22 @@ class Motion:
         turning = turning or bool(bodies.arrays["torque"][:, own].any())
         stored_work = bool(bodies.arrays["working"][:, own].any())
         kinds = list(dict.fromkeys(one.terms for one in self.segments))
-        pair_kinds = [PairKind(one.term, one.how, one.which is None) for one in self.couples]
-        self.text = MotionText(kinds, pair_kinds, stored_work, turning)
+        self._given: list[dict[str, Any]] | None = None
+        self._found: list[str] = []
+        self._hows = self._ways()
+        pair_kinds = [
+            PairKind(one.term, how, one.which is None) for one, how in zip(self.couples, self._hows, strict=True)
+        ]
+        proven = {number: self._proven(number) for number, how in enumerate(self._hows) if how == TREE}
+        charges = {number: one.charge for number, one in proven.items() if one is not None}
+        self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
         self.moving, self.rows = len(own), len(own) + len(self.held.sources)
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
-        self._extra: dict[str, str] = {}
+        self.buffers: dict[str, Any] = {}
+        """What steppers keep for their drivers, by driver: layouts, made again at any time."""
         self._lists = self._whole_numbers()
         self.forget()
 
@@ -74,14 +85,49 @@ class Motion:
     @property
     def load(self) -> int:
         """About how many operations on rows and pairs an evaluation has."""
-        pairs = sum(len(c.left) * (len(c.left) - 1) // 2 if c.how == ALL else len(c.left) for c in self.couples)
-        return self.moving + pairs
+        return self.moving + sum(work_of(how, len(one.left)) for one, how in zip(self.couples, self._hows, strict=True))
 
     def fits(self) -> bool:
         """Whether the stored forces, and torques, are still of the kind that the text was made for."""
         arrays, own = self.world.bodies.arrays, self.sources.rows
         torque = not self.turning and arrays["torque"][:, own].any()
-        return not torque and (self.text.stored_work or not arrays["working"][:, own].any())
+        same = self._hows == self._ways()
+        return same and not torque and (self.text.stored_work or not arrays["working"][:, own].any())
+
+    # Sums over many bodies
+
+    def _ways(self) -> list[str]:
+        """How the pairs of each set are summed, by the laws' parameters as they are now."""
+        given = [dict(one.laws[0].parameters) for one in self.couples]
+        if given != self._given:
+            self._given = given
+            self._found = self._ways_of()
+        return self._found
+
+    def _ways_of(self) -> list[str]:
+        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0]) for one in self.couples]
+
+    def _proven(self, number: int) -> InverseSquare | None:
+        one = self.couples[number]
+        return inverse_square(one.term.trace, one.laws[0])
+
+    def sums(self) -> dict[Any, str]:
+        """How the forces of laws between all pairs of bodies are summed, in words, with the error that was measured."""
+        words = {}
+        for number, (one, how) in enumerate(zip(self.couples, self._hows, strict=True)):
+            count = len(one.left)
+            if how == TREE:
+                error, walks = told(count, self._own[number])
+                measured = (
+                    f"at most {error:.2g} of a sample at the 99th percentile, in {walks} walks"
+                    if walks
+                    else "not run yet"
+                )
+                allowed = one.laws[0].allowed_error()
+                words[one.laws[0]] = f"{count} bodies by a tree, error {allowed:g} allowed: {measured}"
+            elif how == TILES:
+                words[one.laws[0]] = f"all pairs of {count} bodies, by tiles"
+        return words
 
     # Numbers
 
@@ -98,12 +144,17 @@ class Motion:
             at += sum(term.size for term in one.terms)
         counts = [len(self.segments), self.rows, self.moving, 0]
         lists = []
-        for couples in self.couples:
+        self._own: list[Array] = []
+        for couples, how in zip(self.couples, self._hows, strict=True):
+            right = couples.right
+            if how == TREE:
+                right = np.zeros(tree.ints(len(couples.left)), dtype=np.int64)
+            self._own.append(np.zeros(tree.floats(len(couples.left)) + TOLD if how == TREE else 1))
             places = at + couples.term.size * np.arange(len(couples.laws), dtype=np.int64)
             counts += [len(couples.left), at]
             which = places if couples.which is None else places[couples.which]
-            lists += [couples.left, couples.right if len(couples.right) else _NOTHING, which]
-            at += couples.term.size * len(couples.laws)
+            lists += [couples.left, right if len(right) else _NOTHING, which]
+            at += couples.term.size * len(couples.laws) + (TREE_PARAMETERS if how == TREE else 0)
         whole = [np.array(counts, dtype=np.int64), np.array(segments or [0], dtype=np.int64), _NOTHING]
         return [*whole, *(np.ascontiguousarray(one, dtype=np.int64) for one in lists)]
 
@@ -113,9 +164,11 @@ class Motion:
         for segment in self.segments:
             for law, term in zip(segment.laws, segment.terms, strict=True):
                 numbers += values_of(law, term)
-        for couples in self.couples:
+        for number, couples in enumerate(self.couples):
             for law in couples.laws:
                 numbers += values_of(law, couples.term)
+            if self._hows[number] == TREE:
+                numbers += tree_numbers(self._proven(number), couples.laws[0])
         return np.array(numbers)
 
     def _constants(self) -> Array:
@@ -184,7 +237,8 @@ class Motion:
         d[BUDGET] = before + max(1, (most if tier == COMPILED else most - (before * load) % most) // load)
         if self._floats is None:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
-            self._floats = [self._parameters(), tables, self._constants(), np.zeros(1)]
+            room = np.zeros(scratch(self.text.terms))
+            self._floats = [self._parameters(), tables, self._constants(), np.zeros(1), room, *self._own]
         whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
         try:
             found = self._kernel(driver, tier)([s, *self._floats], whole)
@@ -199,7 +253,7 @@ class Motion:
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile
-        enough = wish == "auto" and evaluations * max(1, self.load) >= COMPILE_AFTER
+        enough = wish == "auto" and max(1, evaluations) * self.load >= COMPILE_AFTER
         return COMPILED if wish == "always" or enough else INTERPRETED
 
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
@@ -216,7 +270,11 @@ class Motion:
 
     def _more(self, driver: str) -> str:
         """Text that ``driver`` needs besides ``forces``."""
-        return ""
+        if driver != "implicit":
+            return ""
+        from xpheve.loop.jacobian_text import jacobian_text
+
+        return jacobian_text(self.text)
 
     def fail(self, t: Instant, found: dict[str, Array]) -> LawFailedError:
         """Why forces at ``t`` on the batch's rows in the state ``found`` are not finite: raises what a law says, else gives a general error."""

@@ -201,6 +201,7 @@ def _law(world: World, law: PhysicalLaw) -> Header:
         "rank": world.ranks.law_ranks.get(law),
         "between": None if between is None else [[obj.serial for obj in side] for side in between],
         "pairs": None if pairs is None else [[a.serial, b.serial] for a, b in pairs],
+        "one_sided": getattr(law, "one_sided", False),
     }
 
 
@@ -479,7 +480,7 @@ def _build(
     for law, entry in zip(laws, header["laws"], strict=True):
         if isinstance(law, PairLaw) and entry["between"] is not None:
             these, those = (tuple(serials[serial] for serial in side if serial in serials) for side in entry["between"])
-            law.between = (these, those)
+            law.between, law.one_sided = (these, those), entry.get("one_sided", False)
         if isinstance(law, PairLaw) and entry.get("pairs") is not None:
             law.pairs = tuple((serials[a], serials[b]) for a, b in entry["pairs"])
     _build_mapping(world, header, objects, laws)
@@ -599,7 +600,7 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
         state.locate()
         batch = Batch(k, signature, choice, state)
         world.batches.append(batch)
-        world.sources(batch)
+        choice.stepper.resume(state, world.bodies, world.time, world.sources(batch))
 
 
 __all__ = ["Saved", "attributes_of", "give_attributes", "restore_into", "revive", "save"]

@@ -11,8 +11,9 @@ from xpheve.errors import InvalidValueError, LawFailedError, OwnershipError
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import FIELDS, PhysicalObject
-from xpheve.plan import loops
+from xpheve.plan import contacts_wanted, loops
 from xpheve.plan.driven import dependents, immovable
+from xpheve.plan.groups import targets_of
 from xpheve.plan.world import World
 
 
@@ -130,6 +131,7 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     group = [other for other in world.groups.get(obj, []) if other is not obj]
     if immovable(obj):
         group = dependents(world, obj)
+    group += [other for other in targets_of(world, obj) if other not in group]
     laws = list(world.mapping.laws(obj))
     _tell_mapped(world, when.ObjectRemoved, [obj], laws)
     for law in laws:
@@ -219,13 +221,20 @@ def after_mapping(world: World, law: PhysicalLaw, objects: Sequence[PhysicalObje
     world.structure += 1
     if isinstance(law, ContinuousLaw) and not law.containers:
         for obj in objects:
-            world.mark(obj)
+            if not isinstance(law, PairLaw) or law.moves(obj):
+                world.mark(obj)
+            else:  # what it acts on is moved otherwise from now on, and nothing else
+                for other in law.between[1] if law.between is not None else ():
+                    if other in world.mapping.objects(law) and not other.fixed:
+                        world.mark(other)
         _forget_sources(world, law)
     elif isinstance(law, ResponseLaw) or any(
         c.condition is not None and c.condition.served_by == "contacts" for c in law.containers
     ):
+        # Who leaves its batch is predicted anew when it is planned.
+        marked = contacts_wanted.mark_changed(world, objects) if world.contacts is not None else set()
         with world.instant() as transaction:
-            transaction.refresh.update(objects)
+            transaction.refresh.update(obj for obj in objects if obj not in marked)
 
 
 def withdraw(world: World, law: PhysicalLaw, objects: Iterable[PhysicalObject]) -> None:
@@ -280,7 +289,7 @@ def _in_loops(world: World, law: ContinuousLaw, what: str) -> bool:
     if law.containers or law in world.constant or not loops.is_linked(world, law):
         return False
     if what != "enabled":
-        return law.enabled and loops.same_structure(world, law)
+        return law.enabled and loops.same_structure(world, law) and not loops.is_of_a_form(world, law)
     if "since" in world.reads_of(law) or law.defines("jumps") or law.defines("torque") or law.defines("apply"):
         return False
     return world.is_switched(law) or loops.may_link_again(world, law)

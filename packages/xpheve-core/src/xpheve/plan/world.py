@@ -18,13 +18,25 @@ from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
-from xpheve.laws import ContinuousLaw, Event, FieldLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
+from xpheve.laws import ContinuousLaw, Event, FieldLaw, FlowLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
-from xpheve.plan import books, loops
+from xpheve.plan import books, contacts_wanted, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
-from xpheve.plan.groups import Batch, Choice, Facts, choose, find_group, signature_of, torque_of
+from xpheve.plan.flows import prove_flow
+from xpheve.plan.forms import form_changed
+from xpheve.plan.groups import (
+    Batch,
+    Choice,
+    Facts,
+    choose,
+    downstream,
+    find_group,
+    signature_of,
+    targets_of,
+    torque_of,
+)
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
@@ -90,12 +102,16 @@ class World:
         self.dirty = True
         self.structure = 0
         """Goes up when laws, containers or mapping change."""
+        self._contacts_seen = -1
+        """The structure when it was last asked whose contacts are looked for."""
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
         self.compile = "auto"
+        self.told: set[Signature] = set()
+        """Whose steps were found too long, and warned of."""
         self.wish = ""
         """The id of the stepper that the user asked for, where it offers."""
         self.facts: dict[Any, Facts] = {}
@@ -192,6 +208,7 @@ class World:
             and (law.enabled or self.is_switched(law))
             and not law.containers
             and law not in self.constant
+            and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj))
         ]
 
     def is_switched(self, law: PhysicalLaw) -> bool:
@@ -268,7 +285,7 @@ class World:
             if immovable(obj):
                 for other in dependents(self, obj):
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
-            if number >= 0 and torque_of(self, obj) != self._torque_served(obj, number):
+            if number >= 0 and (torque_of(self, obj) != self._torque_served(obj, number) or form_changed(self, obj)):
                 transaction.replan[obj] = None
             if number >= 0 and self._parts(obj, number):
                 transaction.replan[obj] = None
@@ -277,19 +294,40 @@ class World:
         for obj in transaction.replan:
             self.mark(obj)
         found: set[int] = set()
-        for number in sorted({*by_batch, *moved}):
-            rows = by_batch.get(number, [])
+        while by_batch or moved:
+            number = min({*by_batch, *moved}, key=self._order_of_batch)  # sources before what they act on
+            rows, pulled = by_batch.pop(number, []), moved.pop(number, {})
             if number >= 0:
                 batch = self.batches[number]
+                asked = list(dict.fromkeys([*rows, *pulled]))
+                if pulled and self._cannot_follow(batch, asked):
+                    for row in asked:
+                        self.mark(bodies.objects[row])
+                    continue
                 before = books.snapshot(self, batch)
-                asked = list(dict.fromkeys([*rows, *moved.get(number, ())]))
                 new = batch.stepper.changed(batch.state, bodies, asked, self.time, self.sources(batch))
                 books.after_step(self, batch, before, rows)
                 rows = list(new)
+                if self.is_source(batch):
+                    for row in rows:
+                        for other in targets_of(self, bodies.objects[row]):
+                            moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
+                    moved.pop(-1, None)  # they are about to be planned
             bodies.version[rows] += 1
             found.update(rows)
         bodies.change += 1
         return found
+
+    def _order_of_batch(self, number: int) -> tuple[int, int]:
+        return (self.batches[number].signature.level if number >= 0 else -1, number)
+
+    def _cannot_follow(self, batch: Batch, rows: Sequence[int]) -> bool:
+        """Whether ``rows``, on which something acts otherwise in the midst of a step, must be planned anew: what acts is not known to its end."""
+        covered = batch.stepper.covered(batch.state)
+        if covered <= self.time:
+            return False
+        short = any(one.stepper.covered(one.state) < covered for one in self.acting_on(batch))
+        return short or (batch.stepper.parts and batch.state.count > len(rows))
 
     def _parts(self, obj: PhysicalObject, number: int) -> bool:
         """Whether ``obj``, changed in the midst of a step, leaves its batch with its group, because others are in it whose step goes on."""
@@ -345,7 +383,7 @@ class World:
             batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
             acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
             batch.sources = BatchSources(self, acting, objects, batch.signature)
-            batch.lent = bool(len(batch.sources.hands))
+            batch.lent = batch.sources.lent
         return batch.sources
 
     def _belongs(self, law: ContinuousLaw, signature: Signature) -> bool:
@@ -364,7 +402,7 @@ class World:
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
-            wall = sources.wall(begin, wall)
+            wall = min([sources.wall(begin, wall), *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
         if steps > 1:
             assert self.grid is not None
             grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
@@ -381,6 +419,21 @@ class World:
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
             self.wakeups.refresh(self.bodies.objects[row] for row in map(int, stop.rows))
+
+    def acting_on(self, batch: Batch) -> list[Batch]:
+        """The batches whose objects act on ``batch`` by one-sided laws."""
+        sources = self.sources(batch) if batch.signature.level else None
+        if sources is None:
+            return []
+        numbers = np.unique(self.bodies.batch[sources.suns]).tolist()
+        return [self.batches[number] for number in numbers if number >= 0 and number != batch.number]
+
+    def is_source(self, batch: Batch) -> bool:
+        """Whether objects of ``batch`` act on another batch by one-sided laws."""
+        level = batch.signature.level
+        return any(
+            batch in self.acting_on(other) for other in self.batches if other.signature.level > level and other.state.count
+        )
 
     def tier_of(self, sources: BatchSources) -> str:
         """How the loop of ``sources`` runs: chosen from the scene alone when it first does, and kept."""
@@ -495,6 +548,9 @@ class World:
 
     def plan(self) -> None:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
+        if self.contacts is not None and self.structure != self._contacts_seen:
+            self._contacts_seen = self.structure
+            contacts_wanted.mark_changed(self)
         if self.dirty:
             self._plan_motion()
         self.wakeups.plan()
@@ -522,6 +578,9 @@ class World:
         for law in list(self.laws):
             if not (isinstance(law, ContinuousLaw) and law.enabled and self.mapping.objects(law)):
                 continue
+            if isinstance(law, FlowLaw):
+                self._prove_flow(law)
+                continue
             trace = formula_of(law)
             if trace is None or self.proven.get(law) is trace:
                 continue
@@ -533,9 +592,19 @@ class World:
             else:
                 self.proven[law] = trace
 
+    def _prove_flow(self, law: FlowLaw) -> None:
+        """Try ``law`` if it was never called."""
+        if law in self.evaluator.seen:
+            return
+        try:
+            prove_flow(self, law)
+        except LawFailedError as error:
+            self.give_up(error, law)
+
     def _rebase(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Bring the rows of ``objects`` and their old groups to now, out of their batches."""
         old = {other: None for obj in objects for other in [obj, *self.groups.get(obj, [])] if other._row >= 0}
+        old.update(dict.fromkeys(downstream(self, old)))
         found = self.in_rank_order(old)
         states = self._states_of(found)
         for obj in found:
@@ -626,6 +695,7 @@ class World:
     def _regroup(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
+        levels: dict[PairLaw, int] = {}
         by_signature: dict[Signature, list[PhysicalObject]] = {}
         done: set[PhysicalObject] = set()
         for obj in objects:
@@ -642,7 +712,7 @@ class World:
                         affected[member] = None
                     self.groups[member] = group
                 done.update(group)
-            by_signature.setdefault(signature_of(self, group), []).extend(group)
+            by_signature.setdefault(signature_of(self, group, levels), []).extend(group)
         for signature in sorted(by_signature, key=repr):
             self.join_batch(by_signature[signature], signature)
         return self.in_rank_order(affected)
@@ -788,7 +858,12 @@ class World:
     def _lagging(self, horizon: Instant) -> Batch | None:
         """The batch that is known for the shortest time, if that is before ``horizon``."""
         found = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
-        return min(found, key=lambda b: (b.stepper.covered(b.state), b.signature.laws, b.number), default=None)
+        # Sources before what they act on, which asks where they are.
+        return min(
+            found,
+            key=lambda b: (b.stepper.covered(b.state), b.signature.level, b.signature.laws, b.number),
+            default=None,
+        )
 
     def _known_until(self) -> Instant:
         """Until when all batches are known, after one failed to go on; the present time if all are in closed form."""

@@ -153,7 +153,11 @@ class Pack:
         spec = spec_of(law)
         check_spec(spec, law, pack=self.name)
         if not law.is_concrete():
-            method = {"response": "respond(self, contact)", "free": "enforce_this_law(self, event)"}.get(
+            method = {
+                "response": "respond(self, contact)",
+                "free": "enforce_this_law(self, event)",
+                "flow": "flow(self, body, dt)",
+            }.get(
                 spec.kind, "force(self, a, b)" if spec.kind == "pair" else "force(self, body)"
             )
             raise LawDefinitionError(f"{_where(law)} has the id {law.id!r} but says nothing: write {method}")

@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from xpheve.errors import LawDefinitionError, ParameterError, UnitError
-from xpheve.laws import API_VERSION, Column, FieldLaw, PairLaw, Param, PhysicalLaw, ResponseLaw
+from xpheve.laws import API_VERSION, Column, FieldLaw, FlowLaw, PairLaw, Param, PhysicalLaw, ResponseLaw
 from xpheve.laws.conditions import Condition
 from xpheve.units import check_unit, dimension
 
@@ -22,13 +22,13 @@ __all__ = ["ColumnSpec", "LawSpec", "ParamSpec", "check_spec", "default_api", "p
 T = TypeVar("T")
 
 ID_PATTERN = r"^[a-z0-9_-]+:[a-z0-9_]+$"
-KINDS = ("field", "pair", "response", "free")
+KINDS = ("field", "pair", "flow", "response", "free")
 PARAM_KINDS = ("number", "integer", "vector", "text", "switch")
 
 # Names that a parameter cannot have, since a law's constructor or the law itself already uses them.
 RESERVED = frozenset(dir(PhysicalLaw)) | {
     "name", "enabled", "between", "pairs", "state", "containers", "evaluations", "engine", "parameters", "force", "torque",
-    "potential", "respond", "law",
+    "potential", "respond", "flow", "law",
 }  # fmt: skip
 
 # Names that a column cannot have, since a view of objects, or the constructor of an object, already uses them.
@@ -106,8 +106,8 @@ def default_api() -> str:
 
 
 def kind_of(law: type[PhysicalLaw]) -> str:
-    """Return ``"field"``, ``"pair"``, ``"response"`` or ``"free"``."""
-    for base, kind in ((FieldLaw, "field"), (PairLaw, "pair"), (ResponseLaw, "response")):
+    """Return ``"field"``, ``"pair"``, ``"flow"``, ``"response"`` or ``"free"``."""
+    for base, kind in ((FieldLaw, "field"), (PairLaw, "pair"), (FlowLaw, "flow"), (ResponseLaw, "response")):
         if issubclass(law, base):
             return kind
     return "free"
@@ -123,7 +123,7 @@ def spec_of(law: type[PhysicalLaw]) -> LawSpec:
 
     """
     if not (isinstance(law, type) and issubclass(law, PhysicalLaw)):
-        raise LawDefinitionError(f"{law!r} is no law class: derive from FieldLaw, PairLaw, ResponseLaw or PhysicalLaw")
+        raise LawDefinitionError(f"{law!r} is no law class: derive from FieldLaw, PairLaw, FlowLaw, ResponseLaw or PhysicalLaw")
     where = f"{law.__module__}.{law.__qualname__}"
     for name in law.params:
         if not isinstance(inspect.getattr_static(law, name, None), Param):
@@ -153,7 +153,7 @@ def spec_of(law: type[PhysicalLaw]) -> LawSpec:
         exclusive=tuple(sorted(law.exclusive)) if isinstance(law.exclusive, (set, frozenset)) else law.exclusive,
         doc=doc.partition("\n\n")[0].replace("\n", " "),
         cite=_cite(doc),
-        has_potential=issubclass(law, (FieldLaw, PairLaw)) and law.defines("potential"),
+        has_potential=issubclass(law, (FieldLaw, PairLaw, FlowLaw)) and law.defines("potential"),
         form=form_of(law),
     )
 

@@ -404,6 +404,10 @@ class _Building:
             )
         if table.pairs is not None and table.between is not None:
             raise self.source.error((*path, "pairs"), "between says which pairs already; give one of the two")
+        if table.one_sided and table.between is None:
+            raise self.source.error(
+                (*path, "one_sided"), "one_sided says who acts on whom: give between = [sources, targets] with it"
+            )
         with self._blame(path):
             law = kind(name=table.name, enabled=table.enabled, **parameters)
         containers = self._containers_of(law, table, path)
@@ -612,7 +616,9 @@ class _Building:
             law = self.laws[place]
             assert isinstance(law, PairLaw)
             these, those = (tuple(self.objects[k] for k in side) for side in sides)
-            law.between = (these, those)
+            law.between, law.one_sided = (these, those), self.table.laws[place].one_sided
+            with self._blame(("laws", place, "between")):
+                law.check_sides()
         for place, pairs in self.pairs.items():
             law = self.laws[place]
             assert isinstance(law, PairLaw)

@@ -409,6 +409,7 @@ class LawTable(BaseModel):
     enabled: Switch = True
     between: Between | None = None
     pairs: Pairs | None = None
+    one_sided: Switch = False
     container: NameOrNames | None = None
     condition: ConditionTable | None = None
 

@@ -176,6 +176,8 @@ class _Tables:
                 [self._object_called(obj) for obj in side if obj in self.object_places and law in obj.laws]
                 for side in law.between
             ]
+            if law.one_sided:
+                table["one_sided"] = True
         if isinstance(law, PairLaw) and law.pairs is not None:
             table["pairs"] = [
                 [self._object_called(obj) for obj in pair]

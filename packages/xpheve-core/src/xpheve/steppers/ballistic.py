@@ -22,6 +22,7 @@ class Ballistic(FlightStepper):
 
     id: ClassVar[str] = "core:ballistic"
     promise: ClassVar[str] = "closed form, exact to rounding"
+    limit: ClassVar[float] = np.inf
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         if signature.laws:

@@ -20,6 +20,7 @@ from xpheve.kernels.clock import NEVER, Instant, multiple
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 Vec = tuple[float, float, float]
+STATE_NAMES = ("position", "velocity", "orientation", "angular_velocity")
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,13 @@ class Signature:
         Whether host steps were asked for, by ``dt``, or tolerances.
     contacts
         Whether contacts are looked for, by parabolas: what moves on other curves cannot serve then.
+    flows
+        The ids of those laws that are exact flows of their own.
     wish
         The id of the stepper that the user asked for; empty for none.
+    level
+        How many groups stand before the group in the order of dependence, at most: sources of one-sided laws are moved on before what they
+        act on. 0 if nothing that moves acts on it so.
     """
 
     laws: tuple[str, ...]
@@ -69,6 +75,8 @@ class Signature:
     fixed_step: bool = True
     contacts: bool = False
     wish: str = ""
+    flows: tuple[str, ...] = ()
+    level: int = 0
 
     @property
     def evaluated(self) -> bool:
@@ -93,7 +101,8 @@ class Refusal(NamedTuple):
 class Flight(NamedTuple):
     """How one object's centre moves from ``t0`` to ``t1``: ``position + s (velocity + s acceleration / 2)``, s since ``t0``.
 
-    If it is ``curved``, that only touches the true path at ``t0``.
+    ``curved`` says that it is so at ``t0`` only: who follows the flight reads it from its stepper, at any time from ``t0`` to ``t1``. One
+    without end is one smooth formula.
     """
 
     t0: Instant
@@ -110,6 +119,27 @@ class Stop(NamedTuple):
 
     covered: Instant
     rows: Sequence[int] | Rows
+
+
+class Attraction(NamedTuple):
+    """What attracts a body by an inverse-square force: d'' = -mu d / |d|^3, where d leads from there to the body.
+
+    Attributes
+    ----------
+    row
+        Of the other body, if that moves, too; else -1.
+    place
+        Where the centre is [m], if it does not move.
+    mu
+        [m^3/s^2], as a pair of floats; below 0 if it repels.
+    laws
+        Labels of the laws.
+    """
+
+    row: int
+    place: Vec
+    mu: tuple[float, float]
+    laws: str
 
 
 class Grid(NamedTuple):
@@ -160,8 +190,25 @@ class Sources(Protocol):
         """
         ...
 
+    def flow(
+        self, rows: Rows, t: Instant, state: dict[str, Array], span: float, backwards: bool = False
+    ) -> tuple[set[str], Array]:
+        """Let the exact flows change ``state`` of ``rows`` for ``span`` [s] from ``t`` on, in the order of their ranks or in the opposite one.
+
+        Returns the names of what may have changed, and the work [J] that those without potential did on each row.
+        """
+        ...
+
     def joined(self, rows: Sequence[int]) -> list[int]:
         """``rows`` and all rows that pair laws join with them, ascending."""
+        ...
+
+    def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
+        """What attracts each of ``rows`` of a group of the form "two bodies"; what is of another form now is left out."""
+        ...
+
+    def linear(self, rows: Rows) -> Any:
+        """The `xpheve.steppers.linear_form.LinearForm` of ``rows``, complete groups of a batch whose signature says linear."""
         ...
 
     @property
@@ -233,6 +280,8 @@ class Stepper(ABC):
     books_work: ClassVar[bool] = False
     """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
     on each row over the flights that are over."""
+    limit: ClassVar[float] = 2.0
+    """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
@@ -324,9 +373,27 @@ class Stepper(ABC):
         """The forces on all rows are others from ``t`` on: returns the rows, whose flights are new."""
         return self.changed(state, bodies, state.rows.tolist(), t, sources)
 
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
+        """Work [J] of forces without potential on the rows at ``places``, from the start of their flights to ``t``, (places,).
+
+        Of steppers that keep it as ``books_work`` says; what stands in ``state.arrays["work"]`` is not in it. 0 by default.
+        """
+        return np.zeros(len(state.rows[places]))
+
+    def resume(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> None:  # noqa: B027
+        """Make again what is not in the arrays and numbers of ``state``, which were restored from a checkpoint."""
+
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
         return NEVER
+
+    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+        """Work [J], (places), that all forces without potential, stored ones too, did at ``t`` in the flights under way.
+
+        None where flights are parabolas under ``state.arrays["working"]``, from which core finds it. Of rows that an event has written since,
+        it is that until ``t`` as if it had not, until `changed`.
+        """
+        return None
 
 
 class ContactServer(ABC):

@@ -6,7 +6,16 @@ from importlib import import_module
 
 from xpheve.steppers.contract import Stepper
 
-ALONG: dict[str, str] = {}
+ALONG: dict[str, str] = {
+    "core:implicit": "implicit:Implicit",
+    "core:kepler": "kepler:Kepler",
+    "core:linear": "linear:Linear",
+    "core:splitting": "splitting:Splitting",
+    "core:symplectic2": "symplectic:Symplectic2",
+    "core:symplectic4": "symplectic:Symplectic4",
+    "core:symplectic6": "symplectic:Symplectic6",
+    "core:symplectic8": "symplectic:Symplectic8",
+}
 """Those for laws that are evaluated along the way: id, then module and class."""
 
 

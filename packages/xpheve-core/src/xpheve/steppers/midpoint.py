@@ -51,6 +51,8 @@ class Midpoint(FlightStepper):
     books_work: ClassVar[bool] = True
 
     def offer(self, signature: Signature) -> Offer | Refusal:
+        if signature.flows:
+            return Refusal(f"an exact flow is to be split off: {', '.join(signature.flows)}")
         return Offer(2.0, 100.0, False)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
@@ -111,7 +113,7 @@ class Midpoint(FlightStepper):
         state.numbers["second"] = 0.0
         found = self._ended(state, bodies, self.covered(state), sources)
         if self._alone(state, bodies, sources):
-            trial = _Step(self, state, bodies, sources).flights(grid.origin, grid.dt, state.rows, found)
+            trial = MidpointStep(self, state, bodies, sources).flights(grid.origin, grid.dt, state.rows, found)
         else:
             trial = self._run(state, bodies, grid, steps, found, sources)
         self._commit(state, bodies, slice(None), grid.point(steps - 1), trial)
@@ -165,7 +167,7 @@ class Midpoint(FlightStepper):
             self._cover(state, grid.point(good), good)
         begin = grid.point(good)
         trial = self._ended(state, bodies, self.covered(state), sources)
-        _Step(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
+        MidpointStep(self, state, bodies, sources).flights(begin, grid.dt, state.rows, trial)
         numbers = kept.copy()
         sources.run(numbers, grid, bad)
         row = int(np.flatnonzero(strays(numbers, grid.dt))[0])
@@ -291,7 +293,7 @@ class Midpoint(FlightStepper):
             state.arrays[name][:, written] = 0.0
         span = elapsed(self.covered(state), t)
         trial = self._ended(state, bodies, t, sources, which)
-        trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows[which], trial)
+        trial = MidpointStep(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows[which], trial)
         self._commit(state, bodies, which, t, trial)
         return together
 
@@ -299,7 +301,7 @@ class Midpoint(FlightStepper):
         assert isinstance(state, FlightState) and sources is not None
         span = elapsed(self.covered(state), t)
         trial = self._ended(state, bodies, t, sources)
-        trial = _Step(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows, trial)
+        trial = MidpointStep(self, state, bodies, sources).flights(t, max(span, 0.0), state.rows, trial)
         self._commit(state, bodies, slice(None), t, trial)
         return state.rows.tolist()  # type: ignore[no-any-return]
 
@@ -309,7 +311,7 @@ class Midpoint(FlightStepper):
         self, state: FlightState, bodies: Bodies, wall: Instant, settings: Settings, sources: Sources
     ) -> Stop:
         begin = self.covered(state)
-        step = _Step(self, state, bodies, sources)
+        step = MidpointStep(self, state, bodies, sources)
         start = self._ended(state, bodies, begin, sources)
         if state.numbers["second"] > 0.0:
             span = state.numbers["second"]
@@ -324,7 +326,7 @@ class Midpoint(FlightStepper):
         return Stop(self.covered(state), state.rows)
 
 
-class _Step:
+class MidpointStep:
     """One step of rows of a batch, tried without touching anything."""
 
     def __init__(self, stepper: Stepper, state: FlightState, bodies: Bodies, sources: Sources) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from xpheve.bodies import Bodies
 from xpheve.kernels.clock import Instant
-from xpheve.steppers.contract import Array, Flight, Rows, Signature, Sources, State
+from xpheve.steppers.contract import STATE_NAMES, Array, Flight, Rows, Signature, Sources, State
 from xpheve.steppers.flights import FlightState, FlightStepper
 
 Turned = tuple[Array, Array]
@@ -97,7 +97,7 @@ class Smooth(FlightStepper):
         if not len(which):
             return
         rows = state.rows[which]
-        curved = [name for name in _STATE if self._is_curved(state, name)]
+        curved = [name for name in STATE_NAMES if self._is_curved(state, name)]
         found = {name: self._read(state, bodies, t, name, which) for name in curved}
         for name, values in found.items():
             bodies.arrays[name][:, rows] = values
@@ -114,11 +114,8 @@ class Smooth(FlightStepper):
 
     def held(self, state: FlightState, bodies: Bodies, places: slice | Rows = slice(None)) -> dict[str, Array]:
         """The states of the rows at ``places`` as the bodies have them, by name."""
-        return {name: bodies.arrays[name][:, state.rows[places]] for name in _STATE}
+        return {name: bodies.arrays[name][:, state.rows[places]] for name in STATE_NAMES}
 
     def together(self, bodies: Bodies, rows: Sequence[int], sources: Sources | None) -> list[int]:
         """``rows`` and all that laws join with them."""
         return list(rows) if sources is None else sources.joined(rows)
-
-
-_STATE = ("position", "velocity", "orientation", "angular_velocity")

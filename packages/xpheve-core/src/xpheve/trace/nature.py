@@ -182,10 +182,15 @@ def _is_linear(trace: LawTrace, names: frozenset[str]) -> bool:
     """Whether the force is proven to be A x + B v + f(t)."""
     if names & {"orientation", "angular_velocity"} or trace.force is None or not all(map(is_zero, trace.torque or ())):
         return False
+    return all(degree <= AFFINE for degree in degrees(trace.force))
+
+
+def degrees(nodes: Sequence[Node]) -> list[int]:
+    """How position and velocity are in ``nodes``: FREE, TIMED, AFFINE (to the first power, coefficients constant), or BEYOND."""
     degree: dict[int, int] = {}
-    for node in walk(trace.force):
+    for node in walk(nodes):
         degree[node.index] = _degree(node, [degree[arg.index] for arg in node.args])
-    return all(degree[node.index] <= AFFINE for node in trace.force)
+    return [degree[node.index] for node in nodes]
 
 
 def _degree(node: Node, args: Sequence[int]) -> int:

@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from xpheve.errors import DimensionError, TraceError
-from xpheve.laws import Constant, ContinuousLaw, FieldLaw, PairLaw, Param, PhysicalLaw
+from xpheve.laws import Constant, ContinuousLaw, FieldLaw, FlowLaw, PairLaw, Param, PhysicalLaw
 from xpheve.trace.graph import HOUSE, Graph, Node, Place, at, equal, line_of, walk
 from xpheve.trace.law_trace import LawTrace
 from xpheve.trace.recording import Recording
@@ -40,6 +40,8 @@ _SOURCES: WeakKeyDictionary[type, list[Any]] = WeakKeyDictionary()
 
 def why_untraced(law: PhysicalLaw) -> str:
     """Why ``law`` is not traced, as the end of a sentence; empty if it is."""
+    if isinstance(law, FlowLaw):
+        return "it is an exact flow, which is called in Python with NumPy views of all objects"
     if not isinstance(law, (FieldLaw, PairLaw)):
         return f"a {type(law).__mro__[1].__name__} is called in Python when its condition fires"
     if law.defines("apply"):

@@ -70,17 +70,17 @@ class Course:
     def _given(self, one: Input, s: Any, turned: dict[str, Any]) -> Any:
         """An input of the expression ``s`` [s] after the motion began; a number, or one a time where ``s`` is an array.
 
-        ``turned`` keeps orientation and angular velocity, by component, for the other components.
+        ``turned`` keeps what was read at these times, by name, for the other components.
         """
         if one in self.fixed:
             return self.fixed[one]
         k, motion = one.component, self.motion
-        if one.name == "position":
-            return motion.x[k] + s * (motion.v[k] + (0.5 * s) * motion.a[k])
-        if one.name == "velocity":
-            return motion.v[k] + s * motion.a[k]
         if one.name == "time":
             return motion.begin[0] + s
+        if one.name == "position" and motion.curve is None:
+            return motion.x[k] + s * (motion.v[k] + (0.5 * s) * motion.a[k])
+        if one.name == "velocity" and motion.curve is None:
+            return motion.v[k] + s * motion.a[k]
         if one.name not in turned:
             many = isinstance(s, np.ndarray)
             turned[one.name] = (

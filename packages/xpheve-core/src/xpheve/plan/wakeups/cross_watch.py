@@ -1,7 +1,8 @@
 """The sign of an expression of the state of an object, followed along its flight.
 
 What reads neither state nor time has one sign a flight. What is a polynomial in time along a ballistic flight changes its sign where the
-polynomial does, found for the whole flight at once. All else is followed in windows.
+polynomial does, found for the whole flight at once. All else, and what is read of place and velocity along a curved flight, is followed in
+windows.
 """
 
 from __future__ import annotations
@@ -10,18 +11,15 @@ import math
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from xpheve.kernels.clock import NEVER
 from xpheve.kernels.polynomial import value
 from xpheve.kernels.sign_changes import Quartic, sign_changes
-from xpheve.plan.wakeups.course import Course
+from xpheve.plan.wakeups.course import FLYING, Course
 from xpheve.plan.wakeups.crossings import State, window
 from xpheve.plan.wakeups.expressions import expression_of
 from xpheve.plan.wakeups.motion import Motion, Subject, is_still
-from xpheve.plan.wakeups.watches import FIRST, Outlook, Record, Watch, is_rounding
-
-Window = tuple[float, float, list[State]]
+from xpheve.plan.wakeups.watches import Outlook, Record, Watch, Window, is_rounding
 
 
 class CrossWatch(Watch):
@@ -31,37 +29,26 @@ class CrossWatch(Watch):
         super().__init__(world)
         self.expression = expression
         self.trace = expression_of(world, expression)
-        self._held: WeakKeyDictionary[Subject, tuple[Any, Window]] = WeakKeyDictionary()
-        """The last window of each subject, which has as many events as zeros."""
 
     def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
-        if record.begin != motion.begin:
-            record.begin, record.start, record.wish = motion.begin, 0.0, FIRST
         course = Course(self.world, self.trace, subject, motion)
+        reads = self.trace.reads
         if motion.span == 0.0 or not self.trace.moves:
-            return Outlook([(0.0, _sign(course.at(0.0)))], reads=self.trace.reads)
-        if self.trace.polynomial is not None:
-            return Outlook(_polynomial_states(course.coefficients(), motion, self.trace.reads), reads=self.trace.reads)
-        return self._in_windows(course, motion, record, now)
+            return Outlook([(0.0, _sign(course.at(0.0)))], reads=reads)
+        if self.trace.polynomial is not None and (motion.curve is None or not reads & set(FLYING)):
+            return Outlook(_polynomial_states(course.coefficients(), motion, reads), reads=reads)
+        scale = motion.first_window
 
-    def _in_windows(self, course: Course, motion: Motion, record: Record, now: float) -> Outlook:
-        limit = motion.span
-        while True:
-            stop, wish, states = self._window(course, motion, record, limit)
-            if "time" not in self.trace.reads and is_still(self.world, course.subject):
-                return Outlook(states, reads=self.trace.reads)
-            if stop > now or stop >= limit:
-                return Outlook(states, stop if stop < limit else NEVER[0], wish, self.trace.reads)
-            record.start, record.wish = stop, wish
+        def find(start: float, wish: float) -> Window:
+            return window(course, course.at, start, wish, motion.span, scale)
 
-    def _window(self, course: Course, motion: Motion, record: Record, limit: float) -> Window:
-        key = (motion, record.start, record.wish, tuple(course.fixed.values()))
-        held = self._held.get(course.subject)
-        if held is not None and held[0] == key:
-            return held[1]
-        found = window(course, course.at, record.start, record.wish, limit)
-        self._held[course.subject] = (key, found)
-        return found
+        stays = "time" not in reads and self._stays(motion) and is_still(self.world, course.subject)
+        return self.in_windows(find, subject, motion, record, now, (stays, *course.fixed.values()), stays, reads)
+
+    @staticmethod
+    def _stays(motion: Motion) -> bool:
+        """Whether a flight that is still is so for as long as it lasts, for all that a few looks at it say."""
+        return motion.curve is None or math.isinf(motion.span)
 
 
 def _sign(number: float) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from xpheve.plan.wakeups.watches import FIRST
+from xpheve.plan.wakeups.motion import FIRST
 
 Array = NDArray[np.float64]
 State = tuple[float, Any]
@@ -22,10 +22,11 @@ State = tuple[float, Any]
 DEGREE = 24
 RESOLVED = 1e-11  # last coefficients against the largest
 NOTHING = 1e-15  # of the largest value: rounding, not a sign
+NOISY = 8.0  # times the difference between neighbours
 NEAR_REAL = (
     1e-3  # imaginary parts up to here may belong to a pair of zeros close together; a split too many does no harm
 )
-SHORTEST = 2.0**-30  # of the flight, or of `FIRST`: windows that halved without end would never come past a pole
+SHORTEST = 2.0**-30  # of the flight, of its pace, or of `FIRST`: windows that halved without end would never come past a pole
 FEWEST = (
     64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
 )
@@ -37,25 +38,42 @@ TO_COEFFICIENTS[0] *= (
 
 
 def window(
-    f: Callable[[Array], Array], at: Callable[[float], float], start: float, wish: float, end: float
+    f: Callable[[Array], Array],
+    at: Callable[[float], float],
+    start: float,
+    wish: float,
+    end: float,
+    scale: float = FIRST,
 ) -> tuple[float, float, list[State]]:
     """A window [start, stop] in which ``f`` is resolved: stop, the length to wish for next, and from when which sign holds.
 
     ``f`` takes many times, ``at`` is the same for one. The signs are 1 and -1, or 0 where ``f`` is nothing but rounding all along; they
-    depend on ``f``, ``start``, ``wish`` and ``end`` only.
+    depend on ``f``, ``start``, ``wish``, ``end`` and ``scale`` only, the time [s] in which what moves may be far elsewhere.
     """
     length = min(wish, end - start)
-    shortest = max(SHORTEST * min(FIRST, end), FEWEST * math.ulp(start + length))
+    shortest = max(SHORTEST * min(FIRST, scale, end), FEWEST * math.ulp(start + length))
+    noise = -1.0
     while True:
-        values = f(start + 0.5 * length * (NODES + 1.0))
+        times = start + 0.5 * length * (NODES + 1.0)
+        values = f(times)
         coefficients: Array = TO_COEFFICIENTS @ values
-        largest = float(np.abs(coefficients).max())
-        if float(np.abs(coefficients[-3:]).max()) <= RESOLVED * largest or length <= shortest:
+        left = float(np.abs(coefficients[-3:]).max())
+        if left <= RESOLVED * float(np.abs(coefficients).max()) or length <= shortest:
+            break
+        if noise < 0.0:
+            noise = _noise(f, times, values)
+        if left <= noise:
             break
         length *= 0.5
     stop = end if start + length >= end else start + length
     wanted = length if length < wish and length < end - start else 2.0 * wish
-    return stop, wanted, _signs(f, at, start, stop, values, coefficients)
+    return stop, wanted, _signs(f, at, start, stop, values, coefficients, max(noise, 0.0))
+
+
+def _noise(f: Callable[[Array], Array], times: Array, values: Array) -> float:
+    """What rounding makes of ``f``, as between neighbouring floats of time: shorter windows say no more than that."""
+    beside = np.nextafter(times, times[::-1])
+    return NOISY * float(np.abs(f(beside) - values).max())
 
 
 def _signs(
@@ -65,13 +83,14 @@ def _signs(
     stop: float,
     values: Array,
     coefficients: Array,
+    noise: float,
 ) -> list[State]:
     zeros = _zeros(coefficients)
     cuts = np.concatenate([[-1.0], zeros, [1.0]])
     places = np.unique(np.concatenate([cuts, 0.5 * (cuts[1:] + cuts[:-1])]))
     times = np.unique(np.clip(start + 0.5 * (stop - start) * (places + 1.0), start, stop))
     found = f(times)
-    nothing = NOTHING * max(float(np.abs(values).max()), float(np.abs(found).max()))
+    nothing = max(NOTHING * max(float(np.abs(values).max()), float(np.abs(found).max())), noise)
     states: list[State] = []
     low = start
     for time, value in zip(times.tolist(), found.tolist(), strict=True):

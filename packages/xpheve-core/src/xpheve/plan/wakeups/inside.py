@@ -46,7 +46,7 @@ def _smooth(
     p = (x[0] - region.position[0], x[1] - region.position[1], x[2] - region.position[2])
     if isinstance(region.shape, Plane):
         assert region.shape.normal is not None
-        n = _turned(region, region.shape.normal)
+        n = turned(region, region.shape.normal)
         c: Quartic = (dot(n, p) - region.shape.offset - radius, dot(n, v), 0.5 * dot(n, a), 0.0, 0.0)
     else:
         assert isinstance(region.shape, Sphere)
@@ -64,7 +64,8 @@ def _square(p: Vec, v: Vec, a: Vec, less: float) -> Quartic:
     return (first, 2.0 * dot(p, v), dot(v, v) + dot(p, a), dot(v, a), 0.25 * dot(a, a))
 
 
-def _turned(region: Region, vector: Vec) -> Vec:
+def turned(region: Region, vector: Vec) -> Vec:
+    """``vector`` of the region's axes in those of the world."""
     e, f, g = region.axes
     return (
         vector[0] * e[0] + vector[1] * f[0] + vector[2] * g[0],

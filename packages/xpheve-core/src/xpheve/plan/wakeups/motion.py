@@ -9,12 +9,18 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed
 from xpheve.kernels.vector import Vec
 from xpheve.objects import PhysicalObject
 from xpheve.observers import Probe
+from xpheve.plan.wakeups.curves import Curve
+
+FIRST = 1.0  # [s] the first window of a flight along a parabola
 
 Subject = PhysicalObject | Probe
 
 
 class Motion(NamedTuple):
-    """Position x + s (v + s a / 2), s [s] since ``begin``, known for ``span`` [s]; ``guards`` say when it is void."""
+    """Position x + s (v + s a / 2), s [s] since ``begin``, known for ``span`` [s]; ``guards`` say when it is void.
+
+    With a ``curve`` that is so at the beginning only, and what comes is read from there.
+    """
 
     begin: Instant
     span: float
@@ -22,6 +28,12 @@ class Motion(NamedTuple):
     v: Vec
     a: Vec
     guards: tuple[Guard, ...]
+    curve: Curve | None = None
+
+    @property
+    def first_window(self) -> float:
+        """How long [s] the first window is in which the motion is looked at."""
+        return FIRST if self.curve is None else self.curve.first_window()
 
 
 def carrier(subject: Subject) -> PhysicalObject | None:
@@ -38,7 +50,10 @@ def motion_of(world: Any, subject: Subject) -> Motion:
     flight = world.flight(obj._row)
     span = NEVER[0] if flight.t1 == NEVER else elapsed(flight.t1, flight.t0)
     guards = ((obj, int(world.bodies.version[obj._row])),)
-    return Motion(flight.t0, span, flight.position, flight.velocity, flight.acceleration, guards)
+    curve = None
+    if flight.curved:
+        curve = Curve(world, obj._row, flight.t0, span, flight.velocity, flight.acceleration, guards)
+    return Motion(flight.t0, span, flight.position, flight.velocity, flight.acceleration, guards, curve)
 
 
 def is_still(world: Any, obj: PhysicalObject) -> bool:
@@ -50,5 +65,9 @@ def is_still(world: Any, obj: PhysicalObject) -> bool:
     flight = world.flight(row)
     if any(flight.velocity) or any(flight.acceleration) or any(bodies.get("angular_velocity", row)):
         return False
+    if flight.curved:
+        motion = motion_of(world, obj)
+        assert motion.curve is not None
+        return motion.curve.is_still()
     torque = world.batches[number].state.arrays.get("torque")
     return torque is None or not torque[:, int(bodies.local[row])].any()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from xpheve.errors import InvalidValueError, OwnershipError
 from xpheve.events import START, Entry
@@ -33,6 +34,8 @@ class Wakeups:
         self.trees: dict[LawContainer, Tree] = {}
         self.points: dict[str, Probe] = {}
         """Observers and probes by name."""
+        self.paces: WeakKeyDictionary[PhysicalObject, tuple[Any, float]] = WeakKeyDictionary()
+        """How fast curved flights without end are, each with what makes that void."""
         self._arming: set[LawContainer] = set()
         self._planned: Any = None
 

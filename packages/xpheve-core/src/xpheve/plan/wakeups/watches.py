@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from xpheve.events import AFTER, START, Entry
 from xpheve.kernels.clock import NEVER
@@ -12,11 +15,12 @@ from xpheve.laws import conditions as when
 from xpheve.laws.conditions import Condition
 from xpheve.observers import Probe
 from xpheve.plan.wakeups.inside import State, inside
-from xpheve.plan.wakeups.motion import Motion, Subject, is_still
+from xpheve.plan.wakeups.motion import FIRST, Motion, Subject, carrier, is_still
 from xpheve.regions import Region
 
 POSITION = frozenset({"position"})
-FIRST = 1.0  # [s] the first window of a flight
+Window = tuple[float, float, list[State]]
+"""Where a window ends, how long [s] the next is wished for, and from when what holds in it."""
 
 
 class Record:
@@ -52,10 +56,50 @@ class Watch(ABC):
     def __init__(self, world: Any) -> None:
         self.world = world
         self.records: dict[Subject, Record] = {}
+        self._held: WeakKeyDictionary[Subject, tuple[Any, Window]] = WeakKeyDictionary()
+        """The last window of each subject, which has as many events as changes."""
 
     @abstractmethod
     def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
         """What holds when; ``now`` [s] since the motion began."""
+
+    def in_windows(
+        self,
+        find: Callable[[float, float], Window],
+        subject: Subject,
+        motion: Motion,
+        record: Record,
+        now: float,
+        own: tuple[Any, ...] = (),
+        stays: bool = False,
+        reads: frozenset[str] = POSITION,
+    ) -> Outlook:
+        """The outlook in the window of ``motion`` that reaches beyond ``now`` [s].
+
+        Parameters
+        ----------
+        find
+            Gives the window that begins at a time and has at most a length, both [s].
+        subject, motion, record, reads
+            Who, how it moves, what is known of it, and what the states are made of.
+        own
+            What the windows depend on besides.
+        stays
+            Whether what holds in the first window does so for as long as the motion lasts.
+        """
+        if record.begin != motion.begin:
+            record.begin, record.start, record.wish = motion.begin, 0.0, motion.first_window
+        while True:
+            key = (motion, record.start, record.wish, own)
+            held = self._held.get(subject)
+            if held is None or held[0] != key:
+                held = self._held[subject] = (key, find(record.start, record.wish))
+            stop, wish, states = held[1]
+            if stays:
+                return Outlook(states, reads=reads)
+            if stop > now or stop >= motion.span:
+                return Outlook(states, stop if stop < motion.span else NEVER[0], wish, reads)
+            record.start, record.wish = stop, wish
 
 
 class InsideWatch(Watch):
@@ -67,6 +111,23 @@ class InsideWatch(Watch):
 
     def outlook(self, subject: Subject, motion: Motion, record: Record, now: float) -> Outlook:
         radius = subject.radius if self.volume and isinstance(subject, Probe) else 0.0
+        curve = motion.curve
+        if curve is not None:
+            from xpheve.plan.wakeups.inside_curve import inside_curve  # brings numpy.polynomial: only who asks pays
+
+            if motion.span == 0.0:
+                return Outlook(inside(self.region, radius, motion.x, motion.v, motion.a, 0.0))
+            obj = carrier(subject)
+            assert obj is not None
+            return self.in_windows(
+                lambda start, wish: inside_curve(self.region, radius, curve, start, wish, motion.span),
+                subject,
+                motion,
+                record,
+                now,
+                (radius,),
+                math.isinf(motion.span) and is_still(self.world, obj),
+            )
         return Outlook(inside(self.region, radius, motion.x, motion.v, motion.a, motion.span))
 
 
@@ -107,6 +168,10 @@ def is_rounding(motion: Motion, low: float, high: float, reads: frozenset[str] =
     """Whether all that is read changes from ``low`` to ``high`` by no more than rounding."""
     if reads & LASTING and high - low > ROUNDING * (abs(motion.begin[0]) + high):
         return False
+    if motion.curve is not None:
+        return ("velocity" not in reads or motion.curve.is_no_push(low, high)) and (
+            "position" not in reads or motion.curve.is_no_way(low, high)
+        )
     if "velocity" in reads and (high - low) * _largest(motion.a) > ROUNDING * (
         _largest(motion.v) + high * _largest(motion.a)
     ):
