@@ -94,7 +94,7 @@ PROBLEMS = [
         build=build,
         ours=[
             Ours("implicit", "core:implicit", {"rtol": 10.0**-p, "atol": 10.0**-p * SMALL})
-            for p in (3, 4, 6, 8, 10, 12)
+            for p in (3, 4, 6, 8, 10, 12, 13)
         ],
         error=error,
         slope=Slope((1.0, 0.0, 0.0, 0.0, 0.0, 0.0), make, ends, jacobian),

@@ -6,6 +6,7 @@ import argparse
 import statistics
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
@@ -81,6 +82,8 @@ def collect(names: Sequence[str], peers: dict[str, ModuleType | None], *, quick:
         "scenes": [],
         "specials": [],
     }
+    # What a row warned of at its first run stands in the row.
+    warnings.simplefilter("ignore")
     installed = {name: peer for name, peer in peers.items() if peer is not None}
     for name in names:
         begin = time.perf_counter()

@@ -132,8 +132,11 @@ def _whole_front(bar: Bar, mine: list[Row], peers: list[Row]) -> Verdict:
         return Verdict(
             bar.text, f"{len(behind)} of {len(mine)} points of our front are behind, at worst: {_told(worst)}", False
         )
-    nearest = min(all_of_us, key=lambda one: one.ahead)
-    return Verdict(bar.text, f"all {len(mine)} points of our front; the nearest to it: {_told(nearest)}", True)
+    nearest, finest, theirs = min(all_of_us, key=lambda one: one.ahead), mine[-1], min(peers, key=error)
+    said = f"all {len(mine)} points of our front; the nearest to it: {_told(nearest)}"
+    if error(theirs) < error(finest):
+        said += f". Below our least error, {finest['error']:.1e}, is only the peer: {theirs['error']:.1e} in {seconds(theirs['seconds'])}"
+    return Verdict(bar.text, said, True)
 
 
 def _told(one: Standing) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -160,7 +161,7 @@ class Problem:
     @cached_property
     def file(self) -> str:
         """The name of its plot."""
-        return self.id.lower().replace(" ", "_").replace(".", "")
+        return re.sub(r"[^a-z0-9]+", "_", self.id.lower()).strip("_")
 
 
 def distance(end: Array, high: Array, low: Array) -> float:
