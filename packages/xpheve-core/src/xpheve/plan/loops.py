@@ -111,7 +111,13 @@ def _restart_batch(world: World, batch: Batch) -> None:
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
     """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-    if world.settings.dt is None or world.grid is None or len(sources.hands) or not stands_still(world, batch) or is_heard(world, batch):
+    if (
+        world.settings.dt is None
+        or world.grid is None
+        or len(sources.hands)
+        or not stands_still(world, batch)
+        or is_heard(world, batch)
+    ):
         return 1
     from xpheve.plan.tiers import cost_of_step
 
@@ -129,6 +135,26 @@ def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Inst
     while steps > 1 and end != need and multiple(origin, number + steps, dt) > end:
         steps -= 1
     return max(1, steps)
+
+
+def follow_sources(
+    world: World, batch: Batch, sources: BatchSources, begin: Instant, wall: Instant, steps: int
+) -> tuple[int, Instant]:
+    """How many of ``steps`` ``batch`` may make, and where it must stop, because what acts on it is followed so far only in its loop."""
+    if sources.courses is None or sources.held is None or not batch.stepper.loops:
+        return steps, wall
+    if world.settings.dt is None:
+        return steps, sources.courses.reach(begin, wall, begin)
+    if steps <= 1:
+        sources.courses.reach(begin, wall, wall)
+        return 1, wall
+    assert world.grid is not None
+    origin, dt, _ = world.grid
+    number = number_at(world, begin)
+    known = sources.courses.reach(begin, multiple(origin, number + steps, dt), multiple(origin, number + 1, dt))
+    while steps > 1 and multiple(origin, number + steps, dt) > known:
+        steps = max(1, min(steps - 1, int(elapsed(known, begin) / dt)))  # `known` is past the first step
+    return steps, wall
 
 
 def stands_still(world: World, batch: Batch) -> bool:

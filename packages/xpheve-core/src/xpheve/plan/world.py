@@ -409,7 +409,10 @@ class World:
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
-            wall = min([sources.wall(begin, wall), *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
+            wall = sources.wall(begin, wall)
+            if batch.signature.level:
+                wall = min([wall, *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
+                steps, wall = loops.follow_sources(self, batch, sources, begin, wall, steps)
         if steps > 1:
             assert self.grid is not None
             grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
@@ -439,7 +442,9 @@ class World:
         """Whether objects of ``batch`` act on another batch by one-sided laws."""
         level = batch.signature.level
         return any(
-            batch in self.acting_on(other) for other in self.batches if other.signature.level > level and other.state.count
+            batch in self.acting_on(other)
+            for other in self.batches
+            if other.signature.level > level and other.state.count
         )
 
     def tier_of(self, sources: BatchSources) -> str:
