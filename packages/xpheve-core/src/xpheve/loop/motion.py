@@ -8,7 +8,9 @@ rows turn: then 3 to 6 are the orientation, as `xpheve.kernels.turning` has it.
 Buffers: ``f`` = the driver's own, parameters, tables, row constants (``k[slot * N + i]``), the motion of sources, scratch of pairs, then
 one for each set of pairs (a tree's numbers); ``n`` = counts, segments,
 the driver's own, then three for each set of pairs (left, right, places of parameters). Counts: segments, N, M, 0, then two for each set of
-pairs (how many pairs or rows, place of the parameters). A segment is: kind, first row, last row, place of its parameters.
+pairs (how many pairs or rows, place of the parameters). The fourth count is how many of the other
+rows move: where they are is followed first, by `xpheve.kernels.course` from the motion of sources.
+A segment is: kind, first row, last row, place of its parameters.
 """
 
 from __future__ import annotations
@@ -72,6 +74,7 @@ class MotionText:
         stored_work: bool,
         turning: bool,
         charges: Mapping[int, str] | None = None,
+        followed: bool = False,
     ) -> None:
         self.charges = charges or {}
         self.kinds, self.pair_kinds = tuple(kinds), tuple(pair_kinds)
@@ -85,7 +88,8 @@ class MotionText:
         self.works = stored_work or any(not term.accounted for term in self.terms)
         reads = frozenset[str]().union(*(term.trace.reads for term in self.terms))
         self.reads_velocity = turning or bool(reads & {"velocity", "angular_velocity"})
-        self.reads_time = "time" in reads
+        self.reads_time = followed or "time" in reads
+        self.followed = followed
 
     def text(self) -> str:
         """The text that defines ``forces``."""
@@ -110,6 +114,8 @@ class MotionText:
         lines = ["def forces(f, n, x, v, a, w, now):"]
         lines += ["    s = f[0]", "    p = f[1]", "    tables = f[2]", "    k = f[3]", "    c = n[0]", "    g = n[1]"]
         lines += ["    rows = c[1]", "    moving = c[2]"]
+        if self.followed:
+            lines.append(f"    course__follow(s, f[4], c[3], rows, x, v, {int(self.reads_velocity)}, now)")
         if self.pair_kinds:
             lines += ["    for i in range(3 * rows):", "        s[a + i] = 0.0"]
             if self.works:

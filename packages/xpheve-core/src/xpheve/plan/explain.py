@@ -137,7 +137,9 @@ def _because(signature: Any) -> str:
     if signature.laws:
         torque["none"] = "no stored torque"
     laws = f"laws along the way: {', '.join(signature.laws)}" if signature.laws else "stored forces only"
-    return f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}{_after(signature)}"
+    return (
+        f"{laws}; {torque[signature.torque]}{'; joined by pair laws' if signature.coupled else ''}{_after(signature)}"
+    )
 
 
 def _law(

@@ -46,7 +46,7 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
     except XpheveError as error:
         return ALONE, str(error)
     if program is None:
-        return ALONE, sources.why_alone
+        return ALONE, sources.why_alone or "objects that move act on it by one-sided laws"
     ran = batch.state.numbers.get("steps", 0) > 0
     if ran and world.settings.dt is None:
         return ALONE, "steps follow the tolerances; with dt they are made in a loop"
