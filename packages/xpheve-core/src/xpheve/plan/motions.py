@@ -281,6 +281,10 @@ class Motion:
         self.world.tiers[self.sources.signature] = tier
         return found
 
+    def made(self, driver: str, tier: str) -> Any:
+        """The kernel of ``driver`` in ``tier`` if it was made already; None else."""
+        return self._kernels.get((driver, tier))
+
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile

@@ -37,6 +37,7 @@ class Adaptive(Smooth):
     id: ClassVar[str] = "core:adaptive"
     promise: ClassVar[str] = "Gauss-Radau 15: to tolerances, at 1e-13 and less to the limit of rounding"
     books_work: ClassVar[bool] = True
+    driver: ClassVar[str] = "radau15"
     parts: ClassVar[bool] = True
 
     def offer(self, signature: Signature) -> Offer | Refusal:
