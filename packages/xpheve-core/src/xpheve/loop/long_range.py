@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
 TILES, TREE = "all, by tiles", "all, by a tree"
 """Which pairs, and how they are summed; see `xpheve.loop.couples`."""
-TILES_FROM = 40
+TILES_FROM = 64
 """Bodies from which on tiles are faster than pair after pair."""
 TREE_FROM = 4500
 """Bodies from which on a tree with an error of 1e-3 is faster than tiles."""
 LEAST_TREE = 2000
 """Bodies from which on a tree may be."""
+SHORT = 40
+"""Lines of a force that is written down four times, for speed."""
 WIDE, EIGHT = 32, 8
 """Bodies of a tile, and parts in which a sum over them is taken."""
 NODES_OF_TREE = 1000
@@ -68,9 +70,12 @@ def work_of(how: str, count: int) -> int:
 
 
 class TilePairs(PairsText):
-    """Writes ``pairs_<number>`` for all pairs of a list, tile after tile, and ``lanes_<number>`` for one body and the rows of a tile."""
+    """Writes ``pairs_<number>`` for all pairs of a list: those of the rows before a tile with it, and those inside it, tile after tile.
 
-    scratch = True
+    Of the tiles it takes every ``strips``-th, from ``strip`` on.
+    """
+
+    more = "t, z, strip, strips"
 
     def function(self) -> list[str]:
         """The lines of the functions."""
@@ -81,7 +86,10 @@ class TilePairs(PairsText):
         spread = ["j = left[first + l]", *(f"e{c} = t[l + {self.sums + WIDE * c}]" for c in range(3))]
         spread += self._add("j", "-", [f"e{c}" for c in range(3)])
         given = "s, p, tables, k, left, q, rows, x, v, a, w, now, t"
-        lines = [f"for first in range(0, count, {WIDE}):", f"    lanes = min({WIDE}, count - first)"]
+        lines = [
+            f"for first in range({WIDE} * strip, count, {WIDE} * strips):",
+            f"    lanes = min({WIDE}, count - first)",
+        ]
         lines += [f"    for l in range({WIDE}):", "        j = left[first + min(l, lanes - 1)]", *_in(_in(take))]
         lines += [f"    begin = first if lanes == {WIDE} else 0"]
         lines += [f"    every_{self.number}({given}, begin)"]
@@ -97,16 +105,25 @@ class TilePairs(PairsText):
     def _row(self, masked: bool) -> list[str]:
         """Lines that find the forces between body m of the list and those of the tile, of which ``masked`` leaves out what is no pair.
 
-        The sum of the 32 that act on m is taken in eight parts, which are found side by side.
+        The sum of the 32 that act on m is taken in eight parts, which are found side by side: at once where all are pairs and the force is
+        short, else by the way of scratch, to the same bits.
         """
-        lines = ["i = left[m]", *self._loads("a", "i"), f"for l in range({EIGHT}):"]
-        parts = range(0, WIDE, EIGHT)
-        for part in parts:
-            lines += _in(_renamed(self._pair(part, masked), f"_{part}"))
-        for c in range(3):
-            a, b, d, e = (f"e{c}_{part}" for part in parts)
-            lines.append(f"    t[l + {self.ends + EIGHT * c}] = ({a} + {b}) + ({d} + {e})")
-        lines += [f"e{c} = {_of_eight(self.ends + EIGHT * c)}" for c in range(3)]
+        lines = ["i = left[m]", *self._loads("a", "i")]
+        if masked or len(self.force) > SHORT:
+            lines += [f"for l in range({WIDE}):", *_in(self._pair(0, masked))]
+            lines += [f"    t[l + {self.ends + WIDE * c}] = e{c}" for c in range(3)]
+            lines.append(f"for l in range({EIGHT}):")
+            for c in range(3):
+                a, b, d, e = (f"t[l + {self.ends + WIDE * c + part}]" for part in range(0, WIDE, EIGHT))
+                lines.append(f"    {a} = ({a} + {b}) + ({d} + {e})")
+        else:
+            lines.append(f"for l in range({EIGHT}):")
+            for part in range(0, WIDE, EIGHT):
+                lines += _in(_renamed(self._pair(part, masked), f"_{part}"))
+            for c in range(3):
+                a, b, d, e = (f"e{c}_{part}" for part in range(0, WIDE, EIGHT))
+                lines.append(f"    t[l + {self.ends + WIDE * c}] = ({a} + {b}) + ({d} + {e})")
+        lines += [f"e{c} = {_of_eight(self.ends + WIDE * c)}" for c in range(3)]
         return [*lines, *self._add("i", "+", ["e0", "e1", "e2"])]
 
     def _pair(self, part: int, masked: bool) -> list[str]:
@@ -131,7 +148,7 @@ class TreePairs(PairsText):
     ``right`` is the tree's whole numbers, ``t`` its scratch, and ``z`` its floats, with `TOLD` more.
     """
 
-    scratch = True
+    more = "t, z"
     charge = ""
     """What bodies act by: "mass" or a column; empty if all act alike."""
 

@@ -46,7 +46,7 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
     except XpheveError as error:
         return ALONE, str(error)
     if program is None:
-        return ALONE, sources.why_alone
+        return ALONE, sources.why_alone or "objects that move act on it by one-sided laws"
     ran = batch.state.numbers.get("steps", 0) > 0
     if ran and world.settings.dt is None:
         return ALONE, "steps follow the tolerances; with dt they are made in a loop"
@@ -119,6 +119,7 @@ def told_of(
         "tier": ", ".join(dict.fromkeys(own)),
         "switched": world.is_switched(law),
         "share": shares.get(law),
+        "summed": summed(world, law),
     }
     trace = _trace_of(law)
     if trace is None:
@@ -130,6 +131,17 @@ def told_of(
         "kind": nature.words(),
         "operations": nature.operations._asdict(),
     }
+
+
+def summed(world: World, law: ContinuousLaw) -> str:
+    """How the forces of ``law`` between many bodies are summed, with the error that was measured; empty where pair after pair is."""
+    found = []
+    for batch in world.batches:
+        sources = world.sources(batch) if batch.state.count and law in batch.laws else None
+        motion = None if sources is None else sources.made_motion
+        words = "" if motion is None else motion.sums().get(law, "")
+        found += [words] if words else []
+    return "; ".join(found)
 
 
 def _nature_of(law: ContinuousLaw, trace: Any) -> Any:
@@ -198,4 +210,6 @@ def law_lines(laws: list[dict[str, Any]]) -> list[str]:
         switched = "; switched by a number" if law["switched"] else ""
         lines.append(f"  {law['name'] or law['id']} [{law['tier']}]: reads {', '.join(law['reads']) or 'nothing'}")
         lines.append(f"    {law['kind']}{share}{switched}")
+        if law["summed"]:
+            lines.append(f"    sum: {law['summed']}")
     return ["", "laws along the way", *lines] if lines else []

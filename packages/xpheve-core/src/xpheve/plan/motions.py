@@ -58,6 +58,8 @@ class Motion:
         turning = turning or bool(bodies.arrays["torque"][:, own].any())
         stored_work = bool(bodies.arrays["working"][:, own].any())
         kinds = list(dict.fromkeys(one.terms for one in self.segments))
+        self.courses = sources.courses
+        self._followed = -1
         self._given: list[dict[str, Any]] | None = None
         self._found: list[str] = []
         self._hows = self._ways()
@@ -66,7 +68,7 @@ class Motion:
         ]
         proven = {number: self._proven(number) for number, how in enumerate(self._hows) if how == TREE}
         charges = {number: one.charge for number, one in proven.items() if one is not None}
-        self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges)
+        self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges, self.courses is not None)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
         self.moving, self.rows = len(own), len(own) + len(self.held.sources)
@@ -134,6 +136,7 @@ class Motion:
     def forget(self) -> None:
         """Parameters, masses or stored forces may be others."""
         self._floats: list[Array] | None = None
+        self._followed = -1
 
     def _whole_numbers(self) -> list[Any]:
         """Counts, segments and lists of pairs; where the parameters of each instance lie."""
@@ -142,7 +145,8 @@ class Motion:
         for kind, one in zip(self._kinds, self.segments, strict=True):
             segments += [kind, one.first, one.last, at]
             at += sum(term.size for term in one.terms)
-        counts = [len(self.segments), self.rows, self.moving, 0]
+        suns = 0 if self.courses is None else len(self.courses.rows)
+        counts = [len(self.segments), self.rows, self.moving, suns]
         lists = []
         self._own: list[Array] = []
         for couples, how in zip(self.couples, self._hows, strict=True):
@@ -239,6 +243,10 @@ class Motion:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
             room = np.zeros(scratch(self.text.terms))
             self._floats = [self._parameters(), tables, self._constants(), np.zeros(1), room, *self._own]
+        if self.courses is not None and self.courses.changes != self._followed:
+            self._followed = self.courses.changes
+            places = {int(row): self.moving + k for k, row in enumerate(self.held.sources.tolist())}
+            self._floats[4 - 1] = self.courses.numbers(places)
         whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
         try:
             found = self._kernel(driver, tier)([s, *self._floats], whole)

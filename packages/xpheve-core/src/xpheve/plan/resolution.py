@@ -119,7 +119,9 @@ class Watch:
         if dt is None or not elapsed(end, world.time) >= LONG * dt:
             return
         evaluated = [batch for batch in world.batches if batch.signature.laws and batch.state.count]
-        if not all(batch.signature.conservative for batch in evaluated):  # what works may be far more than what is there in the end
+        if not all(
+            batch.signature.conservative for batch in evaluated
+        ):  # what works may be far more than what is there in the end
             return
         sources = [world.sources(batch) for batch in evaluated]
         if evaluated and sum(one.load for one in sources if one is not None) <= MOST:
