@@ -15,7 +15,9 @@ import numpy as np
 from benchmarks.calibrate import calibrate, machine
 from benchmarks.long_range.contenders import OurDirect, OurTree, Rebound, errors, exact, plummer
 from benchmarks.measure import SAMPLES, cpu_time
+from benchmarks.report import put_between
 
+BEGIN, END = "<!-- long range: written by benchmarks/long_range/run --page -->", "<!-- end of long range -->"
 ROOT = Path(__file__).resolve().parents[2]
 DIRECT_BAR, DIRECT_ERROR = 0.75, 1e-14
 TREE_BAR, TREE_ERROR = 0.5, 1e-3
@@ -146,6 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--out", type=Path, help="folder for the results (default: benchmarks/results; with --quick .benchmarks)"
     )
+    parser.add_argument("--page", action="store_true", help="put the results into docs/benchmarks.md, too")
     chosen = parser.parse_args(arguments)
     samples = chosen.samples or (2 if chosen.quick else SAMPLES)
     results: dict[str, Any] = {
@@ -162,6 +165,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     out.mkdir(parents=True, exist_ok=True)
     (out / "long_range.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     (out / "long_range.md").write_text(text, encoding="utf-8")
+    if chosen.page:
+        put_between(text, ROOT / "docs" / "benchmarks.md", BEGIN, END)
     missed = [
         f"{part}, {one['n']:,} bodies" for part in ("direct", "tree") for one in results[part] if one["met"] is False
     ]

@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     whole = not chosen.quick and not chosen.scene and not chosen.peer
     out = chosen.out or ROOT / ("benchmarks/results" if whole else ".benchmarks")
     peers = {name: adapter(name, SMOOTH) for name in names}
-    results = collect(chosen.scene or [*SCENES, *SPECIALS], peers, quick=chosen.quick)
+    results = report.rounded(collect(chosen.scene or [*SCENES, *SPECIALS], peers, quick=chosen.quick))
     report.write(results, out)
     text = report.table(results)
     print(text)

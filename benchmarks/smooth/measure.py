@@ -15,7 +15,7 @@ from benchmarks.smooth.problem import Problem
 Go = Callable[[], Any]
 SHORTEST = 2e-3  # [s] a sample shorter than this is made of several runs,
 BUILDING = 0.1  # [s] as long as building all that takes no longer than this
-ENOUGH = 3.3  # [s] of samples of one row, after which there are no more of it; rows of fewer samples say so
+ENOUGH = 2.6  # [s] of samples of one row, after which there are no more of it; rows of fewer samples say so
 LONGEST = 12.0  # [s] a run that took longer is the last of its kind: finer settings of the same method are left out
 
 

@@ -142,6 +142,15 @@ def _special(special: dict[str, Any]) -> str:
     return "\n".join([*lines, "", special["text"]]).strip()
 
 
+def rounded(value: Any) -> Any:
+    """The same with six digits a number: what was measured has no more, and files stay small."""
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [rounded(one) for one in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
 def write(results: dict[str, Any], folder: Path) -> None:
     """smooth.json, smooth.csv, smooth.md and a plot a scene in ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -419,3 +419,8 @@ def test_the_page_and_the_table_are_made_from_the_results_in_the_repository() ->
     assert text.strip() in (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
     for picture in (folder / "smooth").glob("*.png"):
         assert picture.stat().st_size < 60_000
+
+
+def test_the_page_shows_the_sums_over_many_that_are_in_the_repository() -> None:
+    text = (ROOT / "benchmarks" / "results" / "long_range.md").read_text(encoding="utf-8")
+    assert text.strip() in (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
