@@ -110,8 +110,8 @@ class World:
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
         self.compile = "auto"
-        self.told: set[Signature] = set()
-        """Whose steps were found too long, and warned of."""
+        self.looked_at: set[tuple[Signature, float]] = set()
+        """Of whom it is known whether host steps of that length [s] resolve the forces."""
         self.wish = ""
         """The id of the stepper that the user asked for, where it offers."""
         self.facts: dict[Any, Facts] = {}
