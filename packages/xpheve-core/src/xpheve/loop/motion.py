@@ -62,7 +62,9 @@ class RowSlots:
 class MotionText:
     """The text of ``forces`` for rows of ``kinds`` (law sets) and pairs of ``pair_kinds``.
 
-    ``charges`` names what bodies of the sets of pairs act by that a tree sums. ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
+    ``charges`` names what bodies of the sets of pairs act by that a tree sums.
+
+    ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
     """
 
     def __init__(
@@ -95,10 +97,10 @@ class MotionText:
         for number, kind in enumerate(self.kinds):
             lines += _Rows(self, number, kind).function()
         for number, pair in enumerate(self.pair_kinds):
-            lines += self._pairs(number, pair).function()
+            lines += self.pairs(number, pair).function()
         return "\n".join([*lines, *self._forces()]) + "\n"
 
-    def _pairs(self, number: int, pair: PairKind) -> PairsText:
+    def pairs(self, number: int, pair: PairKind) -> PairsText:
         """What writes the function of a set of pairs."""
         from xpheve.loop.long_range import TILES, TREE, TilePairs, TreePairs
 
@@ -121,9 +123,10 @@ class MotionText:
         for number, pair in enumerate(self.pair_kinds):
             at, count = FIRST_LISTS + LISTS * number, FIRST_COUNTS + COUNTS * number
             lists = ", ".join(f"n[{at + one}]" for one in range(LISTS))
-            scratch = f", f[{SCRATCH}], f[{SCRATCH + 1 + number}]" if self._pairs(number, pair).scratch else ""
+            words = {"t": f"f[{SCRATCH}]", "z": f"f[{SCRATCH + 1 + number}]", "strip": "0", "strips": "1"}
+            more = "".join(f", {words[one]}" for one in self.pairs(number, pair).more.split(", ") if one)
             lines.append(
-                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now{scratch})"
+                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now{more})"
             )
         lines.append("    for j in range(c[0]):")
         for number in range(len(self.kinds)):
@@ -257,8 +260,8 @@ class _Rows:
 class PairsText:
     """Writes ``pairs_<number>``: the force of a pair law on ``a``, and its opposite on ``b``, added pair by pair."""
 
-    scratch = False
-    """Whether it needs the scratch of all sets, ``t``, and what is kept for this one, ``z``."""
+    more = ""
+    """What it needs besides: the scratch of all sets, ``t``, what is kept for this one, ``z``, and which tiles are summed."""
 
     def __init__(self, motion: MotionText, number: int, pair: PairKind) -> None:
         self.motion, self.number, self.term, self.how, self.shared = motion, number, *pair
@@ -269,7 +272,7 @@ class PairsText:
     def head(self) -> str:
         """The first line of the function."""
         given = "s, p, tables, k, left, right, which, count, q, rows, x, v, a, w, now"
-        return f"def pairs_{self.number}({given}{', t, z' if self.scratch else ''}):"
+        return f"def pairs_{self.number}({given}{', ' * bool(self.more)}{self.more}):"
 
     def function(self) -> list[str]:
         """The lines of the function."""

@@ -338,7 +338,8 @@ def followed(laws: Iterable[ContinuousLaw]) -> bool:
 
 def moved_by_hand(world: World, laws: Iterable[ContinuousLaw]) -> bool:
     """Whether driven objects act through one of ``laws`` between two objects."""
-    if not world.bodies.driven[: world.bodies.count].any():
+    bodies = world.bodies
+    if not bodies.driven[: bodies.count].any():
         return False
     return any(obj._driven for law in laws if isinstance(law, PairLaw) for obj in world.mapping.objects(law))
 

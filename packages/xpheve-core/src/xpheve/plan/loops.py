@@ -13,7 +13,7 @@ from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan import books
 from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import BatchSources
-from xpheve.plan.groups import Batch
+from xpheve.plan.groups import Batch, form_of
 from xpheve.plan.hand_kernels import formula_of
 
 if TYPE_CHECKING:
@@ -77,11 +77,23 @@ def renew(world: World, law: ContinuousLaw, linked_again: bool = False) -> None:
             continue
         if linked_again:
             batch.sources = None
+        if _has_other_form(world, batch):
+            for row in batch.state.rows.tolist():
+                world.mark(world.bodies.objects[row])
+            continue
         sources = world.sources(batch)
         assert sources is not None
         sources.renew()
         if batch.stepper.covered(batch.state) > world.time:
             _restart_batch(world, batch)
+
+
+def _has_other_form(world: World, batch: Batch) -> bool:
+    """Whether what was proved of the forces on ``batch`` does not hold any more, or more does."""
+    world.affine.clear()
+    group = world.group_of(world.bodies.objects[int(batch.state.rows[0])])
+    laws = {law: None for obj in group for law in world.continuous_laws(obj)}
+    return form_of(world, group, laws, batch.signature.torque, batch.signature.contacts) != batch.signature.form
 
 
 def _restart_batch(world: World, batch: Batch) -> None:

@@ -116,6 +116,8 @@ class World:
         """The id of the stepper that the user asked for, where it offers."""
         self.facts: dict[Any, Facts] = {}
         """What sets of laws have in common, by their traces."""
+        self.affine: dict[tuple[ContinuousLaw, bool], Any] = {}
+        """Laws as affine ones, for a plan: forgotten when the next is made."""
         self.tiers: dict[Signature, str] = {}
         """How the loops of each signature run, chosen from the scene when they first do."""
         self.switches: dict[PhysicalLaw, int] = {}
@@ -287,7 +289,12 @@ class World:
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
             if number >= 0 and (torque_of(self, obj) != self._torque_served(obj, number) or form_changed(self, obj)):
                 transaction.replan[obj] = None
-            if number >= 0 and self._parts(obj, number):
+            bent = (
+                number >= 0
+                and self.batches[number].signature.form == "linear"
+                and (obj, "inertia") in transaction.written
+            )
+            if bent or (number >= 0 and self._parts(obj, number)):
                 transaction.replan[obj] = None
                 continue
             by_batch.setdefault(number, []).append(obj._row)
@@ -700,6 +707,7 @@ class World:
     def _regroup(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
+        self.affine.clear()
         levels: dict[PairLaw, int] = {}
         by_signature: dict[Signature, list[PhysicalObject]] = {}
         done: set[PhysicalObject] = set()

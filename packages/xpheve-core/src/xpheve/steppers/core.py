@@ -7,6 +7,7 @@ from importlib import import_module
 from xpheve.steppers.contract import Stepper
 
 ALONG: dict[str, str] = {
+    "core:adaptive": "adaptive:Adaptive",
     "core:implicit": "implicit:Implicit",
     "core:kepler": "kepler:Kepler",
     "core:linear": "linear:Linear",

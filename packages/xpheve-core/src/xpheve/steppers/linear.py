@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from xpheve.bodies import Bodies
+from xpheve.errors import StateError
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.steppers.contract import (
     Array,
@@ -145,11 +146,24 @@ class Linear(Smooth):
             return position, velocity
         if moved.all():
             way, speed = state.curves.after(which, spans)
-            return position + way, speed
-        way, speed = state.curves.after(which[moved], (spans[0][moved], spans[1][moved]))
-        position[:, moved] += way
-        velocity[:, moved] = speed
+            position, velocity = position + way, speed
+        else:
+            way, speed = state.curves.after(which[moved], (spans[0][moved], spans[1][moved]))
+            position[:, moved] += way
+            velocity[:, moved] = speed
+        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+            raise self._beyond(bodies, rows, t, position, velocity)
         return position, velocity
+
+    @staticmethod
+    def _beyond(bodies: Bodies, rows: Rows, t: Instant, position: Array, velocity: Array) -> StateError:
+        """What to raise of a row that is beyond the range of a float."""
+        bad = ~(np.isfinite(position) & np.isfinite(velocity)).all(axis=0)
+        obj = bodies.objects[int(rows[int(bad.argmax())])]
+        return StateError(
+            f"{obj!r} is beyond the range of a float at t = {t[0]} s: its forces drive it away without bound, as a negative stiffness does; "
+            "end the run before, or check the signs of its laws"
+        )
 
     @staticmethod
     def _spans(state: LinearState, t: Instant, which: Rows) -> tuple[Array, Array]:

@@ -98,13 +98,8 @@ class ModeTable:
         """S, S' and T of modes after ``spans`` [s], pairs (n,): real and imaginary parts in turn, (6, n)."""
         high, low = spans
         if len(numbers) <= 12:
-            return np.stack(
-                [
-                    self._one(*one)
-                    for one in zip(numbers.tolist(), zip(high.tolist(), low.tolist(), strict=True), strict=True)
-                ],
-                axis=1,
-            )
+            each = zip(high.tolist(), low.tolist(), strict=True)
+            return np.stack([self._one(*one) for one in zip(numbers.tolist(), each, strict=True)], axis=1)
         same = bool((high == high[0]).all() and (low == low[0]).all())
         if same:
             asked, back = np.unique(numbers, return_inverse=True)

@@ -22,13 +22,10 @@ from xpheve.kernels.radau import (
     ARMS_REST,
     BEND,
     END,
-    NODES,
-    PLACES,
+    GAINS,
+    GAINS_REST,
     SLOPE,
-    SPEEDS,
     TWIST,
-    WEIGHTS,
-    WEIGHTS_REST,
     values,
 )
 from xpheve.loop.drivers.motion import Buffers, forces
@@ -38,15 +35,15 @@ STEPS, REFUSED, PASSES, TURNING, SPEEDY, WORKING, MOST = 8, 9, 10, 11, 12, 13, 1
 """Steps, refused steps, passes so far; whether rows turn, forces depend on velocities, work is kept; steps of this call at most (0: any)."""
 WORST = 15
 """The row that made the last step as short as it is, or that failed."""
-LOOKING = 16
-"""1: go to ``s[NEED]``, which lies in the present step, and stay there, to be looked at: this is no step of the sequence."""
 
 T, T_REST, SPAN, NEXT, NEED, NEED_REST, WALL, WALL_REST = 0, 1, 2, 3, 4, 5, 6, 7
 """When the present step began, and its length, 0 if there is none; the length wished for the next; until when to go, and never further [s]."""
-RTOL, ATOL, PACE, RATE, FIXED, LEAST = 8, 9, 10, 11, 12, 13
-"""Tolerances; length of a step by the time in which forces change, at the limit of rounding; how the last step's passes converged; a length for
-all steps, or 0; the least length, by the time."""
-HEAD = 32
+RTOL, ATOL, PACE, FIXED, LEAST = 8, 9, 10, 11, 12
+"""Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time."""
+NODE, PLACE, SPEED, EXTRA, EXTRA_PLACE, EXTRA_SPEED, SERIES, FORETOLD, SHARE = 32, 40, 104, 168, 176, 240, 304, 560, 624
+"""Where the tables of `xpheve.kernels.radau` lie: nodes; weights of places and of speeds, 8 numbers a node; the same of extra nodes; coefficients of
+series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes weigh in the whole."""
+HEAD = 632
 
 LANES = 8
 X, X_REST, V, V_REST, A, F1, F2, F3, F4, F5, F6, F7 = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88
@@ -59,23 +56,36 @@ OWED = 184
 """By how much places were rounded so far, each by its share in the step."""
 CARRY = 192
 """What the last step has left owed, by its length."""
-SIZE = 200
+Q1, Q2, Q3, Q4, Q5, Q6, Q7 = 200, 208, 216, 224, 232, 240, 248
+"""What is foretold of the next step."""
+SIZE = 256
+WORKS = 67
+"""Numbers for each row between accelerations and tiles: forces without potential at the nodes and at `EXTRA` ones, work, its remainder, 
+16 coefficients of its power, and what the present step adds."""
+E1, E8 = 128, 184
+"""In the tiles behind, of `CURVE` numbers, after 16 coefficients of the acceleration as a series of Legendre polynomials: what is added to it at the
+extra nodes."""
+CURVE = 192
 
 REACHED, PAUSED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
 """What `entry` answers."""
 
-FINE = (WEIGHTS_REST[1], WEIGHTS_REST[2], WEIGHTS_REST[3], WEIGHTS_REST[4], WEIGHTS_REST[5], WEIGHTS_REST[6], WEIGHTS_REST[7])
 CLOSE = 1e-18
-"""Passes end when the next would change accelerations by less than this part: far less than rounding does."""
+"""Passes end when the next would change accelerations by less than this part: far less than rounding does, or than tolerances allow."""
+CLOSE_ENOUGH = 1e-5
+"""The same, by the relative tolerance."""
 STALLED = 0.25
 """Passes that shrink changes by less than this have met rounding, or diverge."""
 MOST_PASSES = 12
 ROUGH = 1e-9
 """Relative changes that cannot be rounding's."""
-FLAW = 1e-17
-"""Relative error of a velocity's change over a step of the length `PACE` asks for; it grows with the 16th power of the length."""
-LONGEST = 1.3
-"""The longest step, by the time in which forces change: beyond, passes hardly converge."""
+FLAW = 2e-13
+"""Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: at rtol = 1e-13 nothing is left to gain.
+True errors are a thousand times less, and grow with the 16th power of the length."""
+LONGEST = 0.9
+"""The longest step, by the time in which forces change: beyond, passes converge slowly."""
+FIRST = 0.01
+"""The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
 """Of a step over the last at most."""
 REFUSE = 0.5
@@ -90,17 +100,16 @@ def entry(f: Buffers, n: Buffers) -> int:
     """Make steps until ``s[NEED]`` is reached, or a limit: one of `REACHED`, `PAUSED`, `NOT_FINITE`, `TOO_SHORT`."""
     s = f[0]
     d = n[2]
-    if d[LOOKING]:
-        return look(f, n)
     steps = d[STEPS]
-    while True:
-        if is_covered(s):
-            return REACHED
+    answer = REACHED
+    while answer == REACHED and not is_covered(s):
         if d[0] >= d[1] or (d[MOST] > 0 and d[STEPS] - steps >= d[MOST]):
-            return PAUSED
-        answer = step(f, n)
-        if answer:
-            return answer
+            answer = PAUSED
+        else:
+            answer = step(f, n)
+    if d[STEPS] > steps and s[SPAN] > 0.0:
+        fill_in(f, n)
+    return answer
 
 
 def is_covered(s: Buffers) -> bool:
@@ -137,6 +146,8 @@ def step(f: Buffers, n: Buffers) -> int:
     forces(f, n, x, v, a, w, s[T])
     d[0] += 1
     first(s, z, tiles, a)
+    if not s[NEXT] > 0.0:
+        s[NEXT] = guess(s, d, z, rows, moving)
     dt = wanted(s)
     failed = TOO_SHORT
     while True:
@@ -163,34 +174,13 @@ def step(f: Buffers, n: Buffers) -> int:
         d[REFUSED] += 1
         if s[FIXED] > 0.0:
             return failed
-        keep_past(s, z, tiles)
         last = 0.0
         dt = best
+    if d[WORKING]:
+        find_work(s, w, z, rows, moving, dt)
     s[SPAN] = dt
     d[STEPS] += 1
     return 0
-
-
-def look(f: Buffers, n: Buffers) -> int:
-    """Put the state at ``s[NEED]``, within the present step, in the place of its beginning.
-
-    The polynomial is best at the step's end; so a step of its own leads there, with the forces to begin with that the polynomial gives.
-    """
-    s = f[0]
-    d = n[2]
-    rows = n[0][1]
-    tiles, x, v, a, w, z = places_in(d, rows)
-    t, low = two_sum(s[NEED], -s[T])
-    dt = t + (low + (s[NEED_REST] - s[T_REST]))
-    if dt > 0.0:
-        if dt < s[SPAN]:
-            shorten(s, z, tiles, dt / s[SPAN])
-            if passes(f, n, z, tiles, x, v, a, w, dt, 1.0 / dt) == math.inf:
-                return NOT_FINITE
-        s[SPAN] = dt
-        conclude(s, d, tiles, w, z, rows, n[0][2])
-        s[T], s[T_REST] = s[NEED], s[NEED_REST]
-    return REACHED
 
 
 def places_in(d: Buffers, rows: int) -> tuple[int, int, int, int, int, int]:
@@ -198,14 +188,14 @@ def places_in(d: Buffers, rows: int) -> tuple[int, int, int, int, int, int]:
     tiles = ((7 if d[TURNING] else 3) * rows + LANES - 1) // LANES
     pad = LANES * tiles
     w = HEAD + 3 * pad
-    return tiles, HEAD, HEAD + pad, HEAD + 2 * pad, w, w + 26 * rows
+    return tiles, HEAD, HEAD + pad, HEAD + 2 * pad, w, w + WORKS * rows
 
 
 def conclude(s: Buffers, d: Buffers, tiles: int, w: int, z: int, rows: int, moving: int) -> None:
     """Go to the end of the present step."""
     dt = s[SPAN]
     if d[WORKING]:
-        add_work(s, w, w + 24 * rows, z, rows, moving, dt)
+        book_work(s, w + 48 * rows, rows, moving)
     finish(s, z, tiles, dt)
     if d[TURNING]:
         straighten(s, z, rows, moving)
@@ -257,73 +247,28 @@ def forget(s: Buffers, z: int, tiles: int) -> None:
 
 def foretell(s: Buffers, z: int, tiles: int, q: float) -> None:
     """Continue the last step's polynomial over one that is ``q`` times as long, and put right what was wrong with the last continuation."""
-    w1 = values(1.0 + q * NODES[1])
-    w2 = values(1.0 + q * NODES[2])
-    w3 = values(1.0 + q * NODES[3])
-    w4 = values(1.0 + q * NODES[4])
-    w5 = values(1.0 + q * NODES[5])
-    w6 = values(1.0 + q * NODES[6])
-    w7 = values(1.0 + q * NODES[7])
+    for node in range(1, 8):
+        w = values(1.0 + q * s[NODE + node])
+        at = FORETOLD + 8 * node
+        s[at], s[at + 1], s[at + 2], s[at + 3] = w[0] - END[0], w[1] - END[1], w[2] - END[2], w[3] - END[3]
+        s[at + 4], s[at + 5], s[at + 6] = w[4] - END[4], w[5] - END[5], w[6] - END[6]
+    for node in range(1, 8):
+        foretell_node(s, z, tiles, FORETOLD + 8 * node, LANES * (node - 1))
+    for k in range(tiles):
+        for l in range(7 * LANES):
+            i = z + k * SIZE + l
+            q = s[i + Q1]
+            s[i + F1] = q + (s[i + F1] - s[i + P1])
+            s[i + P1] = q
+
+
+def foretell_node(s: Buffers, z: int, tiles: int, w: int, slot: int) -> None:
+    """What the continued polynomial has at one node of the next step."""
+    c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            f1, f2, f3, f4, f5, f6, f7 = s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7]
-            e = weighed(END, f1, f2, f3, f4, f5, f6, f7)
-            p1 = weighed(w1, f1, f2, f3, f4, f5, f6, f7) - e
-            p2 = weighed(w2, f1, f2, f3, f4, f5, f6, f7) - e
-            p3 = weighed(w3, f1, f2, f3, f4, f5, f6, f7) - e
-            p4 = weighed(w4, f1, f2, f3, f4, f5, f6, f7) - e
-            p5 = weighed(w5, f1, f2, f3, f4, f5, f6, f7) - e
-            p6 = weighed(w6, f1, f2, f3, f4, f5, f6, f7) - e
-            p7 = weighed(w7, f1, f2, f3, f4, f5, f6, f7) - e
-            s[i + F1] = p1 + (f1 - s[i + P1])
-            s[i + F2] = p2 + (f2 - s[i + P2])
-            s[i + F3] = p3 + (f3 - s[i + P3])
-            s[i + F4] = p4 + (f4 - s[i + P4])
-            s[i + F5] = p5 + (f5 - s[i + P5])
-            s[i + F6] = p6 + (f6 - s[i + P6])
-            s[i + F7] = p7 + (f7 - s[i + P7])
-            s[i + P1] = p1
-            s[i + P2] = p2
-            s[i + P3] = p3
-            s[i + P4] = p4
-            s[i + P5] = p5
-            s[i + P6] = p6
-            s[i + P7] = p7
-
-
-def shorten(s: Buffers, z: int, tiles: int, q: float) -> None:
-    """Take the present polynomial at the nodes of a step that is ``q`` times as long, from the same beginning."""
-    w1 = values(q * NODES[1])
-    w2 = values(q * NODES[2])
-    w3 = values(q * NODES[3])
-    w4 = values(q * NODES[4])
-    w5 = values(q * NODES[5])
-    w6 = values(q * NODES[6])
-    w7 = values(q * NODES[7])
-    for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            f1, f2, f3, f4, f5, f6, f7 = s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7]
-            s[i + F1] = weighed(w1, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F2] = weighed(w2, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F3] = weighed(w3, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F4] = weighed(w4, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F5] = weighed(w5, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F6] = weighed(w6, f1, f2, f3, f4, f5, f6, f7)
-            s[i + F7] = weighed(w7, f1, f2, f3, f4, f5, f6, f7)
-
-
-def weighed(
-    w: tuple[float, ...], f1: float, f2: float, f3: float, f4: float, f5: float, f6: float, f7: float
-) -> float:
-    """The sum of f_1 to f_7 by their weights."""
-    return ((w[0] * f1 + w[1] * f2) + (w[2] * f3 + w[3] * f4)) + ((w[4] * f5 + w[5] * f6) + w[6] * f7)
-
-
-def keep_past(s: Buffers, z: int, tiles: int) -> None:
-    """A refused step says nothing of the next."""
-    forget(s, z, tiles)
+            s[i + slot + Q1] = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
 
 
 def passes(
@@ -338,10 +283,10 @@ def passes(
     for count in range(MOST_PASSES):
         owe(s, z, tiles, owed)
         for node in range(1, 8):
-            h = NODES[node] * dt
-            put_places(s, z, tiles, x, h, PLACES[node], WEIGHTS[node], 1.0 / WEIGHTS[node])
+            h = s[NODE + node] * dt
+            put_places(s, z, tiles, x, h, PLACE + 8 * node, s[SHARE + node])
             if d[SPEEDY]:
-                put_speeds(s, z, tiles, v, h, SPEEDS[node])
+                put_speeds(s, z, tiles, v, h, SPEED + 8 * node)
             forces(f, n, x, v, a, w + 3 * rows * node, s[T] + (s[T_REST] + h))
             if node < 7:
                 take(s, z, tiles, a, LANES * (node - 1))
@@ -353,8 +298,7 @@ def passes(
             return math.inf
         if count > 0:
             expected = change / before if before > 0.0 else 0.0
-            s[RATE] = expected
-        if change * expected <= CLOSE:
+        if change * expected <= max(CLOSE, CLOSE_ENOUGH * s[RTOL]):
             return 0.0
         if count > 1 and expected > STALLED:
             return matters
@@ -362,26 +306,46 @@ def passes(
     return matters
 
 
+def seven(s: Buffers, w: int) -> tuple[float, float, float, float, float, float, float]:
+    """Seven weights of a table."""
+    return s[w], s[w + 1], s[w + 2], s[w + 3], s[w + 4], s[w + 5], s[w + 6]
+
+
+def blend(
+    s: Buffers, i: int, c1: float, c2: float, c3: float, c4: float, c5: float, c6: float, c7: float
+) -> float:
+    """The sum of f_1 to f_7 by these weights, for the coordinate at ``i``."""
+    early = (c1 * s[i + F1] + c2 * s[i + F2]) + (c3 * s[i + F3] + c4 * s[i + F4])
+    return early + ((c5 * s[i + F5] + c6 * s[i + F6]) + c7 * s[i + F7])
+
+
+def weighed(s: Buffers, i: int, w: tuple[float, ...]) -> float:
+    """The same, for weights of the method."""
+    return blend(s, i, w[0], w[1], w[2], w[3], w[4], w[5], w[6])
+
+
 def owe(s: Buffers, z: int, tiles: int, by: float) -> None:
     """What rounding has done to the place at the beginning, by the share of the acceleration there; and what was left owed, ``by`` 1 / dt."""
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            s[i + OWED] = WEIGHTS[0] * s[i + X_REST] + by * s[i + CARRY]
+            s[i + OWED] = s[SHARE] * s[i + X_REST] + by * s[i + CARRY]
 
 
 def put_places(
-    s: Buffers, z: int, tiles: int, x: int, h: float, w: tuple[float, ...], share: float, inverse: float
+    s: Buffers, z: int, tiles: int, x: int, h: float, w: int, share: float
 ) -> None:
     """Places ``h`` [s] after the beginning, at the node with weights ``w``, whose acceleration has the ``share`` in the whole step's.
 
-    A place is rounded so that what rounding has done to the places of a step, each by its share, cancels: then it hardly changes the velocity
+    A place with a share is rounded so that what rounding has done to the places of a step, each by its share, cancels: then it hardly changes the velocity
     at the end, however steep the forces are.
     """
+    c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
+    inverse = 1.0 / share if share > 0.0 else 0.0
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            f = weighed(w, s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7])
+            f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
             place, lost = two_sum(s[i + X], s[i + X_REST] + h * (s[i + V] + h * (0.5 * s[i + A] + f)))
             owed = s[i + OWED]
             put = place + (lost + owed * inverse)
@@ -389,12 +353,13 @@ def put_places(
             s[x + k * LANES + l] = put
 
 
-def put_speeds(s: Buffers, z: int, tiles: int, v: int, h: float, w: tuple[float, ...]) -> None:
+def put_speeds(s: Buffers, z: int, tiles: int, v: int, h: float, w: int) -> None:
     """Velocities ``h`` [s] after the beginning, at the node with weights ``w``."""
+    c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            f = weighed(w, s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7])
+            f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
             s[v + k * LANES + l] = s[i + V] + (s[i + V_REST] + h * (s[i + A] + f))
 
 
@@ -456,20 +421,16 @@ def finish(s: Buffers, z: int, tiles: int, dt: float) -> None:
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            f1, f2, f3, f4, f5, f6, f7 = s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7]
             v = s[i + V]
             a = s[i + A]
             s[i + CARRY] = s[i + OWED] * dt
             high, low = halves(v)
-            arm = (ARMS[0] * f1 + ARMS[1] * f2) + (ARMS[2] * f3 + ARMS[3] * f4)
-            arm += (ARMS[4] * f5 + ARMS[5] * f6) + (ARMS[6] * f7 + weighed(ARMS_REST, f1, f2, f3, f4, f5, f6, f7))
+            arm = weighed(s, i, ARMS) + weighed(s, i, ARMS_REST)
             small = dt * (s[i + V_REST] + dt * (0.5 * a + arm)) + (high * dt_low + (low * dt_high + low * dt_low))
             t, rest = two_sum(s[i + X], high * dt_high)
             s[i + X], s[i + X_REST] = two_sum(t, rest + (small + s[i + X_REST]))
-            mean = (WEIGHTS[1] * f1 + WEIGHTS[2] * f2) + (WEIGHTS[3] * f3 + WEIGHTS[4] * f4)
-            mean += (WEIGHTS[5] * f5 + WEIGHTS[6] * f6) + WEIGHTS[7] * f7
-            mean, lost = two_sum(a, mean)
-            lost += weighed(FINE, f1, f2, f3, f4, f5, f6, f7)
+            mean, lost = two_sum(a, weighed(s, i, GAINS))
+            lost += weighed(s, i, GAINS_REST)
             high, low = halves(mean)
             small = dt * lost + (high * dt_low + (low * dt_high + low * dt_low))
             t, rest = two_sum(v, high * dt_high)
@@ -502,26 +463,114 @@ def put_right(s: Buffers, i: int, over: float, along: float) -> None:
     s[i + V], s[i + V_REST] = two_sum(s[i + V], s[i + V_REST] - along * q)
 
 
-def add_work(s: Buffers, w: int, work: int, z: int, rows: int, moving: int, dt: float) -> None:
-    """Add the work of forces without potential over the step: the integral of force by velocity, by the same nodes."""
+def find_work(s: Buffers, w: int, z: int, rows: int, moving: int, dt: float) -> None:
+    """The work of forces without potential over the step: the integral of force by velocity, by the same nodes."""
     for i in range(moving):
         total = 0.0
         for node in range(8):
             power = 0.0
             for c in range(3):
                 j = lane(z, c * rows + i)
-                power += s[w + (3 * node + c) * rows + i] * speed(s, j, NODES[node] * dt, SPEEDS[node])
-            total += WEIGHTS[node] * power
-        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + rows + i] + dt * total)
+                power += s[w + (3 * node + c) * rows + i] * speed(s, j, s[NODE + node] * dt, SPEED + 8 * node)
+            total += s[SHARE + node] * power
+        s[w + 66 * rows + i] = dt * total
 
 
-def speed(s: Buffers, i: int, h: float, w: tuple[float, ...]) -> float:
+def book_work(s: Buffers, work: int, rows: int, moving: int) -> None:
+    """Add the work of the present step."""
+    for i in range(moving):
+        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + rows + i] + s[work + 18 * rows + i])
+
+
+def speed(s: Buffers, i: int, h: float, w: int) -> float:
     """Velocity along one coordinate ``h`` [s] after the beginning."""
-    f = weighed(w, s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7])
-    return s[i + V] + h * (s[i + A] + f)
+    c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
+    return s[i + V] + h * (s[i + A] + blend(s, i, c1, c2, c3, c4, c5, c6, c7))
+
+
+# Within a step ------------------------------------------------------------------------------------------------------
+
+
+def fill_in(f: Buffers, n: Buffers) -> None:
+    """Find the motion within the present step as well as at its end, as a series: the polynomial of a step is best at its end.
+
+    Forces are found once more where the polynomial leads to between the nodes; sixteen of them make a series as good as the step. This is no
+    part of the sequence of steps.
+    """
+    s = f[0]
+    d = n[2]
+    rows = n[0][1]
+    tiles, x, v, a, w, z = places_in(d, rows)
+    curve = z + tiles * SIZE
+    for k in range(8):
+        h = s[EXTRA + k] * s[SPAN]
+        put_places(s, z, tiles, x, h, EXTRA_PLACE + 8 * k, 0.0)
+        if d[SPEEDY]:
+            put_speeds(s, z, tiles, v, h, EXTRA_SPEED + 8 * k)
+        forces(f, n, x, v, a, w + 3 * rows * (8 + k), s[T] + (s[T_REST] + h))
+        for j in range(tiles):
+            for l in range(LANES):
+                s[curve + j * CURVE + l + E1 + LANES * k] = s[a + j * LANES + l] - s[z + j * SIZE + l + A]
+    d[0] += 8
+    for m in range(16):
+        put_coefficient(s, z, curve, tiles, m)
+    if d[WORKING]:
+        fill_in_power(s, w, z, rows, n[0][2])
+
+
+def put_coefficient(s: Buffers, z: int, curve: int, tiles: int, m: int) -> None:
+    """The coefficient of polynomial ``m`` in the acceleration."""
+    w = SERIES + 16 * m
+    c1, c2, c3, c4, c5, c6, c7 = seven(s, w + 1)
+    e1, e2, e3, e4, e5, e6, e7 = seven(s, w + 8)
+    e8 = s[w + 15]
+    whole = 1.0 if m == 0 else 0.0
+    for k in range(tiles):
+        for l in range(LANES):
+            i = z + k * SIZE + l
+            j = curve + k * CURVE + l
+            f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
+            f += blend(s, j + E1 - F1, e1, e2, e3, e4, e5, e6, e7) + e8 * s[j + E8]
+            s[j + LANES * m] = f + whole * s[i + A]
+
+
+def fill_in_power(s: Buffers, w: int, z: int, rows: int, moving: int) -> None:
+    """The power of forces without potential within the step, as a series."""
+    series = w + 50 * rows
+    for i in range(moving):
+        for m in range(16):
+            s[series + m * rows + i] = 0.0
+        for node in range(16):
+            h = (s[NODE + node] if node < 8 else s[EXTRA + node - 8]) * s[SPAN]
+            u = SPEED + 8 * node if node < 8 else EXTRA_SPEED + 8 * (node - 8)
+            power = 0.0
+            for c in range(3):
+                power += s[w + (3 * node + c) * rows + i] * speed(s, lane(z, c * rows + i), h, u)
+            for m in range(16):
+                s[series + m * rows + i] += s[SERIES + 16 * m + node] * power
 
 
 # The length of steps -------------------------------------------------------------------------------------------------
+
+
+def guess(s: Buffers, d: Buffers, z: int, rows: int, moving: int) -> float:
+    """A first step: short against the time in which accelerations change places or velocities by their own size."""
+    least = math.inf
+    for part in range(2 if d[TURNING] else 1):
+        for i in range(moving):
+            x = 0.0
+            v = 0.0
+            a = 0.0
+            for c in range(3 * part, 7 if part else 3):
+                j = lane(z, c * rows + i)
+                x = max(x, abs(s[j + X]))
+                v = max(v, abs(s[j + V]))
+                a = max(a, abs(s[j + A]))
+            if a > 0.0:
+                time = max(v / a, sqrt(x / a))
+                if 0.0 < time < least:
+                    least = time
+    return FIRST * least if least < math.inf else FIRST
 
 
 def measure(
@@ -531,11 +580,10 @@ def measure(
     for k in range(tiles):
         for l in range(LANES):
             i = z + k * SIZE + l
-            f1, f2, f3, f4, f5, f6, f7 = s[i + F1], s[i + F2], s[i + F3], s[i + F4], s[i + F5], s[i + F6], s[i + F7]
-            s[i + Y0] = s[i + A] + weighed(END, f1, f2, f3, f4, f5, f6, f7)
-            s[i + Y1] = weighed(SLOPE, f1, f2, f3, f4, f5, f6, f7)
-            s[i + Y2] = weighed(BEND, f1, f2, f3, f4, f5, f6, f7)
-            s[i + Y3] = weighed(TWIST, f1, f2, f3, f4, f5, f6, f7)
+            s[i + Y0] = s[i + A] + weighed(s, i, END)
+            s[i + Y1] = weighed(s, i, SLOPE)
+            s[i + Y2] = weighed(s, i, BEND)
+            s[i + Y3] = weighed(s, i, TWIST)
     pace = s[PACE] * s[PACE]
     window = 1.0 / pace
     most = (LONGEST * LONGEST) / pace
