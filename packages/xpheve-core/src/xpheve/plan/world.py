@@ -419,7 +419,7 @@ class World:
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
             go = batch.stepper.advance if sources is None or loops.is_heard(self, batch) else batch.stepper.leap
-            stop = go(batch.state, self.bodies, need, wall, self.settings, sources)
+            stop = go(batch.state, self.bodies, min(need, wall), wall, self.settings, sources)
         books.after_step(self, batch, before)
         self.time = max(self.time, begin)
         if len(stop.rows):
