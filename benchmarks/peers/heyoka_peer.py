@@ -1,7 +1,10 @@
-"""heyoka: Taylor series of high order, compiled for the scene; tolerance 0 stands for its default, the last digit. Building is its compilation.
+"""heyoka: Taylor series of high order, compiled for the scene; tolerance 0 stands for its default, the last digit.
 
-Tuned: the default compiles the whole step in one piece (``compact_mode`` off), which is its fastest; systems of more than 20 components are compiled in compact mode, as
-the rest would take minutes. F. Biscani, D. Izzo, MNRAS 504, 2614 (2021).
+Building is its compilation.
+
+Tuned: the default compiles the whole step in one piece (``compact_mode`` off), which is its fastest; systems of more
+than 20 components are compiled in compact mode, as the rest would take minutes. F. Biscani, D. Izzo, MNRAS 504, 2614
+(2021).
 """
 
 from __future__ import annotations
@@ -38,7 +41,9 @@ def _contender(problem: Problem, tolerance: float | str) -> Contender:
 
         return go, lambda: end(compiled.state)
 
-    setting, note = (f"tol {tolerance:.0e}", "") if isinstance(tolerance, float) and tolerance else ("tol eps", "its default")
+    setting, note = (
+        (f"tol {tolerance:.0e}", "") if isinstance(tolerance, float) and tolerance else ("tol eps", "its default")
+    )
     if isinstance(tolerance, str):
         setting, note = f"tol eps, {tolerance}", "tuned: compensated sums"
     return Contender(row(problem, f"{NAME} Taylor", setting, note=note), make)
@@ -46,7 +51,9 @@ def _contender(problem: Problem, tolerance: float | str) -> Contender:
 
 def integrator(problem: Problem, tolerance: float | str) -> tuple[Any, Any, Callable[[Any], End]]:
     """The compiled integrator, its state at the start, and where all are in a state."""
-    more: dict[str, Any] = {"high_accuracy": True} if isinstance(tolerance, str) else {"tol": tolerance} if tolerance else {}
+    more: dict[str, Any] = (
+        {"high_accuracy": True} if isinstance(tolerance, str) else {"tol": tolerance} if tolerance else {}
+    )
     if problem.swarm is not None:
         swarm = problem.swarm
         system = hy.model.nbody(swarm.n, masses=swarm.mass.tolist(), Gconst=swarm.constant)

@@ -1,4 +1,7 @@
-"""MuJoCo on smooth motion: a free body that spins (Euler and RK4), a joint with a spring and a damper (Euler, implicit, RK4)."""
+"""MuJoCo on smooth motion: a free body that flies or spins, a joint with a spring and a damper.
+
+Euler (its default) and RK4.
+"""
 
 from __future__ import annotations
 
@@ -23,18 +26,26 @@ def _contender(problem: Problem, kind: str, dt: float) -> Contender:
     steps = round(problem.span / dt)
     model = mujoco.MjModel.from_xml_string(problem.models["mujoco"](dt, kind))
     data = mujoco.MjData(model)
+    free = model.nq == 7
+
+    def begin(data: Any) -> None:
+        if problem.spin is not None:
+            data.qvel[3:6] = problem.spin.turning
+        elif problem.slope is not None and free:
+            data.qvel[:3] = problem.slope.start[3:6]
+        elif problem.slope is not None:
+            data.qpos[0], data.qvel[0] = problem.slope.start
+
+    read = _turned if free else _slid
 
     def make() -> tuple[Callable[[], Any], Callable[[], End]]:
         mujoco.mj_resetData(model, data)
-        if problem.spin is not None:
-            data.qvel[3:6] = problem.spin.turning
-        else:
-            data.qpos[0] = 1.0
+        begin(data)
 
         def go() -> None:
             mujoco.mj_step(model, data, nstep=steps)
 
-        return go, (lambda: _turned(data)) if problem.spin is not None else (lambda: _slid(data))
+        return go, lambda: read(data)
 
     note = "its default" if kind == "Euler" else "tuned"
     return Contender(row(problem, f"{NAME} {kind}", f"dt {dt:.4g}", dt, note), make)
@@ -43,7 +54,9 @@ def _contender(problem: Problem, kind: str, dt: float) -> Contender:
 def _turned(data: Any) -> End:
     q, w = data.qpos[3:7].copy(), data.qvel[3:6].copy()
     t = 2 * np.cross(q[1:], w)
-    return End(data.qpos[None, :3].copy(), data.qvel[None, :3].copy(), q[None], (w + q[0] * t + np.cross(q[1:], t))[None])
+    return End(
+        data.qpos[None, :3].copy(), data.qvel[None, :3].copy(), q[None], (w + q[0] * t + np.cross(q[1:], t))[None]
+    )
 
 
 def _slid(data: Any) -> End:

@@ -1,4 +1,6 @@
-"""SciPy's `solve_ivp`. The right-hand side is compiled by numba where numba is there (tuned); ``atol`` is a thousandth of ``rtol`` unless the scene says otherwise.
+"""SciPy's `solve_ivp`. The right-hand side is compiled by numba where numba is there (tuned).
+
+``atol`` is a thousandth of ``rtol`` unless the scene says otherwise.
 
 Radau, BDF and LSODA get the Jacobian where the scene has one.
 """
@@ -31,7 +33,9 @@ def smooth(problem: Problem) -> list[Contender]:
     return [_contender(problem, tuple(one), slope, start, end) for one in settings]
 
 
-def _contender(problem: Problem, setting: tuple[Any, ...], slope: Any, start: Any, end: Callable[[Any], End]) -> Contender:
+def _contender(
+    problem: Problem, setting: tuple[Any, ...], slope: Any, start: Any, end: Callable[[Any], End]
+) -> Contender:
     method, rtol, share = (*setting, 1e-3)[:3]
     more: dict[str, Any] = {}
     note = "right-hand side compiled" if hasattr(slope, "py_func") else "right-hand side in NumPy"
@@ -46,7 +50,11 @@ def _contender(problem: Problem, setting: tuple[Any, ...], slope: Any, start: An
 
         def go() -> None:
             span = (0.0, problem.span)
-            done.append(solve_ivp(slope, span, start, method=method, rtol=max(rtol, LEAST), atol=rtol * share, t_eval=span[1:], **more))
+            done.append(
+                solve_ivp(
+                    slope, span, start, method=method, rtol=max(rtol, LEAST), atol=rtol * share, t_eval=span[1:], **more
+                )
+            )
             if not done[0].success:
                 raise ArithmeticError(done[0].message)
 

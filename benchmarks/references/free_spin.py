@@ -1,7 +1,10 @@
-"""The free asymmetric rigid body in closed form, with many digits: Jacobi's elliptic functions and the elliptic integral of the third kind.
+"""The free asymmetric rigid body in closed form, with many digits.
 
-L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 37: rates, equations 37.8 to 37.10; precession about the angular momentum,
-equations 37.13 to 37.16, its rate integrated by NIST Handbook of Mathematical Functions (2010), 19.2.7.
+Jacobi's elliptic functions and the elliptic integral of the third kind.
+
+L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 37: rates, equations 37.8 to 37.10; precession about
+the angular momentum, equations 37.13 to 37.16, its rate integrated by NIST Handbook of Mathematical Functions (2010),
+19.2.7.
 """
 
 from __future__ import annotations
@@ -25,7 +28,10 @@ def orientation(inertia: Any, turning: Any, t: float) -> list[Any]:
         mpf = mpmath.mpf
         i1, i2, i3 = map(mpf, inertia)
         w = [mpf(c) for c in turning]
-        twice, square = i1 * w[0] ** 2 + i2 * w[1] ** 2 + i3 * w[2] ** 2, (i1 * w[0]) ** 2 + (i2 * w[1]) ** 2 + (i3 * w[2]) ** 2
+        twice, square = (
+            i1 * w[0] ** 2 + i2 * w[1] ** 2 + i3 * w[2] ** 2,
+            (i1 * w[0]) ** 2 + (i2 * w[1]) ** 2 + (i3 * w[2]) ** 2,
+        )
         if not (0 < i1 < i2 < i3 and min(w) > 0 and square > twice * i2):
             raise ValueError(f"no such case: inertia {inertia}, turning {turning}")
         a1 = mpmath.sqrt((twice * i3 - square) / (i1 * (i3 - i1)))

@@ -36,7 +36,11 @@ def pythagorean() -> Path:
 def slope(name: str, kind: str = "real128") -> Path:
     """The one start of a scene told by its slope."""
     one = _scene(name).PROBLEMS[0]
-    return save(name, TAYLOR if kind == "real128" else LONG, [(one.span, one.slope.start, quad.slope(one.slope, one.span, kind))])
+    return save(
+        name,
+        TAYLOR if kind == "real128" else LONG,
+        [(one.span, one.slope.start, quad.slope(one.slope, one.span, kind))],
+    )
 
 
 MAKERS: dict[str, Callable[[], Path]] = {

@@ -1,6 +1,9 @@
-"""Answers in quadruple precision (113 bits), by Taylor series of heyoka (real128), from the float64 numbers of the start.
+"""Answers in quadruple precision (113 bits), by Taylor series of heyoka (real128).
 
-heyoka is no part of xPheve: ``pip install heyoka`` to make an answer again. F. Biscani, D. Izzo, MNRAS 504, 2614 (2021).
+All begin with the float64 numbers of the start.
+
+heyoka is no part of xPheve: ``pip install heyoka`` to make an answer again. F. Biscani, D. Izzo, MNRAS 504, 2614
+(2021).
 """
 
 from __future__ import annotations
@@ -49,4 +52,8 @@ def _propagate(hy: Any, system: Any, state: list[Any], span: float, number: Any 
 def _text(value: Any, digits: int) -> str:
     import numpy as np
 
-    return np.format_float_scientific(value, precision=digits, unique=False) if isinstance(value, np.longdouble) else str(value)
+    return (
+        np.format_float_scientific(value, precision=digits, unique=False)
+        if isinstance(value, np.longdouble)
+        else str(value)
+    )

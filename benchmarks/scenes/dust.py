@@ -1,6 +1,9 @@
-"""A planet that moves, and 100,000 particles of next to no mass that orbit it, once round the inmost; beside the same particles in a fixed field.
+"""A planet that moves, and 100,000 particles of next to no mass that orbit it, once round the inmost.
 
-What is between is the price of a source that moves: at most twice the time is the bar. Errors are those of 50 particles against Kepler's equation with 60 digits.
+They stand beside the same particles in a fixed field.
+
+What is between is the price of a source that moves: at most twice the time is the bar. Errors are those of 50
+particles against Kepler's equation with 60 digits.
 """
 
 from __future__ import annotations
@@ -45,7 +48,11 @@ class FixedField(xp.FieldLaw):
 def particles(n: int) -> tuple[Any, Any]:
     """Places and velocities, (n, 3): circles of radius 1 to 2, leaning a little."""
     random = np.random.default_rng(7)
-    radius, phase, lean = random.uniform(1.0, 2.0, n), random.uniform(0.0, 2.0 * math.pi, n), random.uniform(-0.1, 0.1, n)
+    radius, phase, lean = (
+        random.uniform(1.0, 2.0, n),
+        random.uniform(0.0, 2.0 * math.pi, n),
+        random.uniform(-0.1, 0.1, n),
+    )
     x = np.stack([np.cos(phase), np.sin(phase) * np.cos(lean), np.sin(phase) * np.sin(lean)], axis=1) * radius[:, None]
     v = np.stack([-np.sin(phase), np.cos(phase) * np.cos(lean), np.cos(phase) * np.sin(lean)], axis=1)
     return x, v / np.sqrt(radius)[:, None]
@@ -56,7 +63,10 @@ def with_planet(n: int, stepper: str | None, run: dict[str, float]) -> tuple[Cal
     engine = asked(stepper)
     x, v = particles(n)
     planet = xp.PhysicalObject(mass=1.0, velocity=DRIFT)
-    dust = [xp.PhysicalObject(mass=MASSLESS, position=a, velocity=b) for a, b in zip(x.tolist(), (v + DRIFT).tolist(), strict=True)]
+    dust = [
+        xp.PhysicalObject(mass=MASSLESS, position=a, velocity=b)
+        for a, b in zip(x.tolist(), (v + DRIFT).tolist(), strict=True)
+    ]
     engine.add_objects([planet, *dust])
     engine.add_law("basic:universal_gravity", gravitational_constant=1.0, between=([planet], dust))
     return _acts(engine, run), lambda: np.asarray(engine.bodies.position)[1:] - np.asarray(engine.bodies.position)[0]
@@ -98,7 +108,7 @@ def settings(quick: bool) -> list[tuple[Ours, int]]:
     n = 300 if quick else N
     step = {"dt": PERIOD / STEPS}
     return [
-        (Ours("own choice", None, step), n),
+        (Ours("midpoint", "core:midpoint", step), n),
         (Ours("symplectic8", "core:symplectic8", step), n),
         (Ours("adaptive", "core:adaptive", {"rtol": 1e-9, "atol": 1e-12}), n // 10),
     ]
@@ -117,14 +127,25 @@ def measure(samples: int, quick: bool, peers: Sequence[str] = ()) -> dict[str, A
             found, ours, theirs = ratio(both, single, samples)
         except Exception as wrong:  # what fails or is not there is a row that says so
             text = " ".join(str(wrong).split())[:160]
-            rows.append([f"xPheve {one.method}", one.setting, f"{n:,}", "-", "-", "-", "-", f"{type(wrong).__name__}: {text}"])
+            rows.append(
+                [f"xPheve {one.method}", one.setting, f"{n:,}", "-", "-", "-", "-", f"{type(wrong).__name__}: {text}"]
+            )
             continue
         cells = [seconds(ours), seconds(theirs), f"{found:.2f}", f"{off:.1e} ({off_alone:.1e})"]
         rows.append([f"xPheve {one.method}", one.setting, f"{n:,}", *cells, ""])
         text = f"{one.method}: at most 2x the test particles alone in a fixed field"
-        bars.append({"text": text, "found": f"{found:.2f} times, {n:,} particles", "met": bool(found <= RATIO_BAR)})
+        bars.append(
+            {
+                "text": text,
+                "found": f"{found:.2f} times, {n:,} particles",
+                "met": None if quick else bool(found <= RATIO_BAR),
+            }
+        )
     if "rebound" in peers:
-        rows += [_rebound(kind, N if not quick else 300, samples) for kind in (("leapfrog", 2, PERIOD / STEPS), ("leapfrog", 8, PERIOD / STEPS))]
+        rows += [
+            _rebound(kind, N if not quick else 300, samples)
+            for kind in (("leapfrog", 2, PERIOD / STEPS), ("leapfrog", 8, PERIOD / STEPS))
+        ]
     names = ["engine", "setting", "particles", "with the planet", "alone", "ratio", "error (alone)", "note"]
     return {"id": ID, "title": TITLE, "names": names, "rows": rows, "bars": bars, "text": ""}
 

@@ -1,7 +1,9 @@
-"""A satellite that turns under the gradient of gravity, and is pulled a little off its orbit by it: 8 orbits, and as many turns.
+"""A satellite that turns under the gradient of gravity, and is pulled a little off its orbit by it.
 
-Force and torque follow from one potential, U = -mu m / r - mu (tr I - 3 r I r / r^2) / (2 r^3), so that energy and the angular momentum of orbit and spin together are
-conserved. The answer was made in quadruple precision.
+8 orbits, and as many turns.
+
+Force and torque follow from one potential, U = -mu m / r - mu (tr I - 3 r I r / r^2) / (2 r^3), so that energy and
+the angular momentum of orbit and spin together are conserved. The answer was made in quadruple precision.
 
 Source: P. C. Hughes, Spacecraft Attitude Dynamics (1986), sections 8.1 and 8.2 (MacCullagh's formula and the torque).
 """
@@ -76,7 +78,11 @@ def make(sqrt: Any) -> Any:
         pulled = (i1 * b[0], i2 * b[1], i3 * b[2])
         p = to_world(q, pulled)
         outward = 7.5 * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2]) / square - 1.5 * (i1 + i2 + i3) - square
-        ax, ay, az = ((outward * r[0] - 3.0 * p[0]) / fifth, (outward * r[1] - 3.0 * p[1]) / fifth, (outward * r[2] - 3.0 * p[2]) / fifth)
+        ax, ay, az = (
+            (outward * r[0] - 3.0 * p[0]) / fifth,
+            (outward * r[1] - 3.0 * p[1]) / fifth,
+            (outward * r[2] - 3.0 * p[2]) / fifth,
+        )
         t1 = 3.0 * (b[1] * pulled[2] - b[2] * pulled[1]) / fifth
         t2 = 3.0 * (b[2] * pulled[0] - b[0] * pulled[2]) / fifth
         t3 = 3.0 * (b[0] * pulled[1] - b[1] * pulled[0]) / fifth
@@ -151,7 +157,14 @@ PROBLEMS = [
         peers={"scipy": [("DOP853", 1e-6), ("DOP853", 1e-9), ("DOP853", 1e-13)], "heyoka": [1e-6, 1e-9, 1e-12, 0.0]},
         bars=[
             Bar("energy to 1e-12 at rtol 1e-13", "drift", error=1e-12, method="adaptive", setting="rtol 1e-13"),
-            Bar("momentum to 1e-12 at rtol 1e-13", "value", method="adaptive", setting="rtol 1e-13", key="angular momentum", ratio=1e-12),
+            Bar(
+                "momentum to 1e-12 at rtol 1e-13",
+                "value",
+                method="adaptive",
+                setting="rtol 1e-13",
+                key="angular momentum",
+                ratio=1e-12,
+            ),
         ],
         measures={"angular momentum": momentum},
         short=0.5,

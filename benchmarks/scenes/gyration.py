@@ -1,4 +1,7 @@
-"""A charge in a uniform magnetic field for 1,000 periods: 1 C, 1 kg, 1 T, so that it turns by 1 rad/s. The answer is the closed form with 40 digits."""
+"""A charge in a uniform magnetic field for 1,000 periods: 1 C, 1 kg, 1 T, so that it turns by 1 rad/s.
+
+The answer is the closed form with 40 digits.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,9 @@ def phase(end: End) -> float:
     with mpmath.workdps(40):
         vx, vy = (mpmath.mpf(float(c)) for c in np.ravel(end.velocity)[:2])
         t = mpmath.mpf(SPAN)
-        return abs(float(mpmath.atan2(vy * mpmath.cos(t) + vx * mpmath.sin(t), vx * mpmath.cos(t) - vy * mpmath.sin(t))))
+        return abs(
+            float(mpmath.atan2(vy * mpmath.cos(t) + vx * mpmath.sin(t), vx * mpmath.cos(t) - vy * mpmath.sin(t)))
+        )
 
 
 def drift(end: End) -> float:

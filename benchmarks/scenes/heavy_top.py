@@ -1,6 +1,9 @@
-"""A heavy symmetric top, held at one point, for 20 s: inertia (1, 1, 0.5) kg m^2 about that point, weight times arm 4 N m, 20 rad/s about its axis, let go.
+"""A heavy symmetric top, held at one point, for 20 s.
 
-It nutates with cusps. The answer was made in quadruple precision; a test holds it against the closed form by elliptic functions.
+Inertia (1, 1, 0.5) kg m^2 about that point, weight times arm 4 N m, 20 rad/s about its axis, let go.
+
+It nutates with cusps. The answer was made in quadruple precision; a test holds it against the closed form by elliptic
+functions.
 
 Source: L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 35, problem 1.
 """

@@ -20,7 +20,10 @@ def measure(samples: int, quick: bool, peers: Sequence[str] = ()) -> dict[str, A
     """The rows of the table, and the bar."""
     n = 50 if quick else N
     rows, bars = [], []
-    for name, make in (("orbits at one time, and a read of all", many), ("times of one orbit, a run and a read each", often)):
+    for name, make in (
+        ("orbits at one time, and a read of all", many),
+        ("times of one orbit, a run and a read each", often),
+    ):
         try:
             acts = make(n)
         except LookupError as wrong:
@@ -30,8 +33,21 @@ def measure(samples: int, quick: bool, peers: Sequence[str] = ()) -> dict[str, A
         found, _ = middle([cpu_time(acts) / n for _ in range(samples)])
         rows.append([f"{n:,} {name}", seconds(found), ""])
         if make is many:
-            bars.append({"text": "a batch of 1,000 outputs under 2 µs each", "found": seconds(found), "met": bool(found < BAR)})
-    return {"id": ID, "title": TITLE, "names": ["what", "CPU time an output", "note"], "rows": rows, "bars": bars, "text": ""}
+            bars.append(
+                {
+                    "text": "a batch of 1,000 outputs under 2 µs each",
+                    "found": seconds(found),
+                    "met": None if quick else bool(found < BAR),
+                }
+            )
+    return {
+        "id": ID,
+        "title": TITLE,
+        "names": ["what", "CPU time an output", "note"],
+        "rows": rows,
+        "bars": bars,
+        "text": "",
+    }
 
 
 def many(n: int) -> Callable[[], Any]:
@@ -42,9 +58,11 @@ def many(n: int) -> Callable[[], Any]:
     swarm = start()
     pairs = []
     for k in range(n):
-        at = swarm.position + [100.0 * k, 0.0, 0.0]
+        at = swarm.position + np.array([100.0 * k, 0.0, 0.0])
         slower = swarm.velocity * (1.0 - 1e-4 * k)
-        pairs.append([xp.PhysicalObject(mass=m, position=x, velocity=v) for m, x, v in zip(swarm.mass, at, slower, strict=True)])
+        pairs.append(
+            [xp.PhysicalObject(mass=m, position=x, velocity=v) for m, x, v in zip(swarm.mass, at, slower, strict=True)]
+        )
     engine.add_objects([body for pair in pairs for body in pair])
     engine.add_law("basic:universal_gravity", gravitational_constant=1.0, pairs=[tuple(pair) for pair in pairs])
     engine.run(until=0.0)

@@ -1,7 +1,9 @@
-"""A charge to and fro in a magnetic bottle, 20 times: B = (-x z, -y z, a^2 + z^2) / a^2 T, which has no sources; a = 20 m.
+"""A charge to and fro in a magnetic bottle, 20 times: B = (-x z, -y z, a^2 + z^2) / a^2 T, which has no sources.
 
-The magnetic moment, m v_across^2 / (2 B), is an adiabatic invariant: it swings at each passage, but keeps its mean; what the exact motion has in the end, the
-computed one should have. The answer was made in quadruple precision.
+The length a is 20 m.
+
+The magnetic moment, m v_across^2 / (2 B), is an adiabatic invariant: it swings at each passage, but keeps its mean;
+what the exact motion has in the end, the computed one should have. The answer was made in quadruple precision.
 
 Source: J. D. Jackson, Classical Electrodynamics (3rd ed. 1999), section 12.5.
 """
@@ -10,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,7 +29,7 @@ class Bottle(xp.FieldLaw):
     """F = q v x B, with B = B0 (-x z, -y z, a^2 + z^2) / a^2: twice as strong at z = a as in the middle."""
 
     id = "benchmarks:magnetic_bottle"
-    columns = {"charge": xp.Column(0.0, unit="C", doc="q.")}
+    columns: ClassVar = {"charge": xp.Column(0.0, unit="C", doc="q.")}
 
     field = xp.Param(1.0, unit="T", doc="B0.")
     length = xp.Param(LENGTH, unit="m", gt=0, doc="a.")
@@ -108,10 +110,20 @@ PROBLEMS = [
         error=error,
         drift=drift,
         slope=Slope((*PLACE, *VELOCITY), make, ends),
-        peers={"scipy": [("DOP853", 1e-6), ("DOP853", 1e-9), ("DOP853", 1e-13), ("LSODA", 1e-12)], "heyoka": [1e-6, 1e-9, 1e-12, 0.0]},
+        peers={
+            "scipy": [("DOP853", 1e-6), ("DOP853", 1e-9), ("DOP853", 1e-13), ("LSODA", 1e-12)],
+            "heyoka": [1e-6, 1e-9, 1e-12, 0.0],
+        },
         bars=[
             Bar("on or ahead of SciPy DOP853's front", "front", peer="SciPy DOP853"),
-            Bar("the adiabatic invariant kept to 1e-9", "value", method="adaptive", setting="rtol 1e-12", key="invariant, relative", ratio=1e-9),
+            Bar(
+                "the adiabatic invariant kept to 1e-9",
+                "value",
+                method="adaptive",
+                setting="rtol 1e-12",
+                key="invariant, relative",
+                ratio=1e-9,
+            ),
         ],
         measures={"invariant, relative": invariant},
         short=10.0,

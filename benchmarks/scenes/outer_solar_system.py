@@ -1,8 +1,9 @@
 """The Sun and the four giant planets for 10,000 Julian years.
 
-Start: J. H. Applegate, M. R. Douglas, Y. Guersel, P. Hunter, C. Seitz, G. J. Sussman, Astronomical Journal 92, 176 (1986), from ephemerides of JPL; as used by
-REBOUND's example of the outer Solar System and by heyoka's benchmarks. Units: astronomical unit, day, mass of the Sun; the constant of gravity is the square of
-Gauss's constant. The numbers stand for metres and seconds in our engine, which does not mind.
+Start: J. H. Applegate, M. R. Douglas, Y. Guersel, P. Hunter, C. Seitz, G. J. Sussman, Astronomical Journal 92, 176
+(1986), from ephemerides of JPL; as used by REBOUND's example of the outer Solar System and by heyoka's benchmarks.
+Units: astronomical unit, day, mass of the Sun; the constant of gravity is the square of Gauss's constant. The numbers
+stand for metres and seconds in our engine, which does not mind.
 """
 
 from __future__ import annotations

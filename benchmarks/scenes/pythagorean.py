@@ -1,9 +1,12 @@
-"""Burrau's problem: masses 3, 4, 5 let go at the corners of a triangle of sides 3, 4, 5; to t = 70, past close encounters that enlarge errors by some 1e14.
+"""Burrau's problem: masses 3, 4, 5 let go at the corners of a triangle of sides 3, 4, 5.
 
-One start would tell luck: 20 starts, shifted by one unit in the last place here and there, each have an answer of their own in quadruple precision. The row shows the
-median of 20 errors, and the time of all 20 runs over 20.
+To t = 70, past close encounters that enlarge errors by some 1e14.
 
-Source: C. Burrau, Astronomische Nachrichten 195, 113 (1913); V. Szebehely, C. F. Peters, Astronomical Journal 72, 876 (1967).
+One start would tell luck: 20 starts, shifted by one unit in the last place here and there, each have an answer of
+their own in quadruple precision. The row shows the median of 20 errors, and the time of all 20 runs over 20.
+
+Source: C. Burrau, Astronomische Nachrichten 195, 113 (1913); V. Szebehely, C. F. Peters, Astronomical Journal 72, 876
+(1967).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """S4: a free body of principal inertia (1, 2, 3) that spins about its middle axis, nearly, for 60 s, 1e4 s and 1e6 s.
 
-It is near the separatrix, so that errors grow. The answer is the closed form with 70 digits (`benchmarks.references.free_spin`).
+It is near the separatrix, so that errors grow. The answer is the closed form with 70 digits
+(`benchmarks.references.free_spin`).
 """
 
 from __future__ import annotations
@@ -100,7 +101,9 @@ def problem(span: float) -> Problem:
         slope=Slope((1.0, 0.0, 0.0, 0.0, *SPIN.turning), make, ends),
         spin=SPIN,
         peers={
-            "mujoco": [("RK4", 1 / 60)] if few else [(kind, dt) for kind in ("Euler", "RK4") for dt in (1 / 60, 1 / 240, 1 / 1000)],
+            "mujoco": [("RK4", 1 / 60)]
+            if few
+            else [(kind, dt) for kind in ("Euler", "RK4") for dt in (1 / 60, 1 / 240, 1 / 1000)],
             "pybullet": [] if few else [("default", 1 / 240), ("tuned", 1 / 240), ("tuned", 1 / 1000)],
             "heyoka": [0.0] if few else [1e-9, 0.0],
             "scipy": [] if few else [("DOP853", 1e-9), ("DOP853", 1e-13)],

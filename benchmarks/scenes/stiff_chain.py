@@ -1,4 +1,6 @@
-"""100 masses of 1 kg in a row between two points, joined by 101 springs of 1e8 N/m, in a fluid that damps them a little, for 0.1 s.
+"""100 masses of 1 kg in a row between two points, joined by 101 springs of 1e8 N/m.
+
+In a fluid that damps them a little, for 0.1 s.
 
 The answer is the sum over the chain's 100 modes with 40 digits: w_j = 2 sqrt(k/m) sin(pi j / 202), damped all alike.
 """
@@ -7,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import mpmath
@@ -44,7 +47,7 @@ def build(engine: Any) -> Sequence[Any]:
     masses = [xp.PhysicalObject(mass=1.0, position=(x, 0.0, 0.0)) for x in START.tolist()]
     for k, one in enumerate(masses):
         engine.add_object(one, laws=[drag, anchor] if k in (0, N - 1) else [drag])
-    engine.add_law(Link, stiffness=STIFFNESS, pairs=list(zip(masses, masses[1:], strict=False)))
+    engine.add_law(Link, stiffness=STIFFNESS, pairs=list(pairwise(masses)))
     return masses
 
 
@@ -53,7 +56,9 @@ def exact() -> tuple[Any, Any]:
     """Places at the end as a sum of two arrays (N,)."""
     with mpmath.workdps(40):
         mpf, root = mpmath.mpf, mpmath.sqrt(mpmath.mpf(2) / (N + 1))
-        shapes = [mpmath.sin(mpmath.pi * k / (N + 1)) for k in range(2 * (N + 1))]  # sin(pi j i / (N + 1)) by j i modulo its period
+        shapes = [
+            mpmath.sin(mpmath.pi * k / (N + 1)) for k in range(2 * (N + 1))
+        ]  # sin(pi j i / (N + 1)) by j i modulo its period
         half, s, start = mpf(DAMPING) / 2, mpf(SPAN), [mpf(x) for x in START.tolist()]
         ends = []
         for j in range(1, N + 1):
@@ -61,7 +66,9 @@ def exact() -> tuple[Any, Any]:
             square = 4 * mpf(STIFFNESS) * mpmath.sin(mpmath.pi * j / (2 * (N + 1))) ** 2
             omega = mpmath.sqrt(square - half * half)
             ends.append(at * mpmath.exp(-half * s) * (mpmath.cos(omega * s) + half / omega * mpmath.sin(omega * s)))
-        places = [root * sum(shapes[((j + 1) * (i + 1)) % (2 * (N + 1))] * q for j, q in enumerate(ends)) for i in range(N)]
+        places = [
+            root * sum(shapes[((j + 1) * (i + 1)) % (2 * (N + 1))] * q for j, q in enumerate(ends)) for i in range(N)
+        ]
         high = np.array([float(x) for x in places])
         return high, np.array([float(x - mpf(float(x))) for x in places])
 

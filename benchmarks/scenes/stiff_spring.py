@@ -1,4 +1,6 @@
-"""A damped spring, k = 1e8 N/m, m = 1 kg, for 0.1 s: 159 periods, of which a host step of 1/60 s holds 27. And an overdamped one.
+"""A damped spring, k = 1e8 N/m, m = 1 kg, for 0.1 s: 159 periods, of which a host step of 1/60 s holds 27.
+
+And an overdamped one.
 
 The answer is the closed form with 40 digits.
 """
@@ -83,7 +85,9 @@ def problem(damping: float, name: str) -> Problem:
         error=error,
         slope=Slope((1.0, 0.0), make, ends, jacobian),
         peers={
-            "scipy": [("DOP853", 1e-10), ("Radau", 1e-6), ("LSODA", 1e-10)] if damping == WEAK else [("Radau", 1e-8), ("LSODA", 1e-10)],
+            "scipy": [("DOP853", 1e-10), ("Radau", 1e-6), ("LSODA", 1e-10)]
+            if damping == WEAK
+            else [("Radau", 1e-8), ("LSODA", 1e-10)],
             "heyoka": [1e-9, 0.0],
             "mujoco": [("Euler", 1e-5), ("Euler", 1e-6), ("RK4", 1e-5), ("RK4", 1e-6)][: 4 if damping == WEAK else 2],
         },

@@ -6,6 +6,7 @@ import argparse
 import statistics
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
@@ -21,6 +22,7 @@ from benchmarks.smooth.problem import Problem
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = (
+    "thrown",
     "s04_free_spin",
     "kepler",
     "figure_eight",
@@ -41,10 +43,14 @@ SPECIALS = ("kepler_outputs", "energy_growth", "dust")
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
     parser = argparse.ArgumentParser(prog="benchmarks/smooth/run", description=__doc__)
-    parser.add_argument("--scene", action="append", choices=[*SCENES, *SPECIALS], help="only this one; may be given again")
+    parser.add_argument(
+        "--scene", action="append", choices=[*SCENES, *SPECIALS], help="only this one; may be given again"
+    )
     parser.add_argument("--peer", action="append", choices=[*SMOOTH, "none"], help="only this one; 'none' for none")
     parser.add_argument("--quick", action="store_true", help="one sample, few starts: to see that all works")
-    parser.add_argument("--out", type=Path, help="folder for the results (default: benchmarks/results; of a part, .benchmarks)")
+    parser.add_argument(
+        "--out", type=Path, help="folder for the results (default: benchmarks/results; of a part, .benchmarks)"
+    )
     parser.add_argument("--page", action="store_true", help="put the results into docs/benchmarks.md, too")
     chosen = parser.parse_args(arguments)
 
@@ -52,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     whole = not chosen.quick and not chosen.scene and not chosen.peer
     out = chosen.out or ROOT / ("benchmarks/results" if whole else ".benchmarks")
     peers = {name: adapter(name, SMOOTH) for name in names}
-    results = collect(chosen.scene or [*SCENES, *SPECIALS], peers, quick=chosen.quick)
+    results = report.rounded(collect(chosen.scene or [*SCENES, *SPECIALS], peers, quick=chosen.quick))
     report.write(results, out)
     text = report.table(results)
     print(text)
@@ -76,6 +82,8 @@ def collect(names: Sequence[str], peers: dict[str, ModuleType | None], *, quick:
         "scenes": [],
         "specials": [],
     }
+    # What a row warned of at its first run stands in the row.
+    warnings.simplefilter("ignore")
     installed = {name: peer for name, peer in peers.items() if peer is not None}
     for name in names:
         begin = time.perf_counter()
@@ -110,7 +118,9 @@ def many_starts(variants: Sequence[Problem], peers: dict[str, ModuleType], sampl
         return statistics.median(problem.error(end) for problem, end in zip(variants, ends, strict=True))
 
     def drift(ends: Any) -> float:
-        return statistics.median(abs(problem.drift(end)) for problem, end in zip(variants, ends, strict=True) if problem.drift)
+        return statistics.median(
+            abs(problem.drift(end)) for problem, end in zip(variants, ends, strict=True) if problem.drift
+        )
 
     return _told(variants[0], measure.take_turns(replace(variants[0], error=error, drift=drift), together, samples))
 

@@ -38,7 +38,9 @@ class Verdict(NamedTuple):
 
 def counted(rows: Sequence[Row]) -> list[Row]:
     """The rows that have a time and a finite error."""
-    return [row for row in rows if row["seconds"] is not None and row["error"] is not None and math.isfinite(row["error"])]
+    return [
+        row for row in rows if row["seconds"] is not None and row["error"] is not None and math.isfinite(row["error"])
+    ]
 
 
 def is_ours(row: Row) -> bool:
@@ -127,9 +129,14 @@ def _whole_front(bar: Bar, mine: list[Row], peers: list[Row]) -> Verdict:
     behind = [one for one in all_of_us if one.beaten_by]
     if behind:
         worst = min(behind, key=lambda one: one.ahead)
-        return Verdict(bar.text, f"{len(behind)} of {len(mine)} points of our front are behind, at worst: {_told(worst)}", False)
-    nearest = min(all_of_us, key=lambda one: one.ahead)
-    return Verdict(bar.text, f"all {len(mine)} points of our front; the nearest to it: {_told(nearest)}", True)
+        return Verdict(
+            bar.text, f"{len(behind)} of {len(mine)} points of our front are behind, at worst: {_told(worst)}", False
+        )
+    nearest, finest, theirs = min(all_of_us, key=lambda one: one.ahead), mine[-1], min(peers, key=error)
+    said = f"all {len(mine)} points of our front; the nearest to it: {_told(nearest)}"
+    if error(theirs) < error(finest):
+        said += f". Below our least error, {finest['error']:.1e}, is only the peer: {theirs['error']:.1e} in {seconds(theirs['seconds'])}"
+    return Verdict(bar.text, said, True)
 
 
 def _told(one: Standing) -> str:
@@ -150,7 +157,9 @@ def _ratio(bar: Bar, mine: list[Row], peers: list[Row]) -> Verdict:
         return Verdict(bar.text, f"least error {best['error']:.1e} ({name(best)}), wanted {limit:.1e}", False)
     best = min(exact, key=lambda row: row["seconds"])
     found = best["seconds"] / rival["seconds"]
-    said = f"{found:.2g} times the time of {name(rival)} ({rival['error']:.1e}), with {best['error']:.1e} ({name(best)})"
+    said = (
+        f"{found:.2g} times the time of {name(rival)} ({rival['error']:.1e}), with {best['error']:.1e} ({name(best)})"
+    )
     return Verdict(bar.text, said, found <= bar.ratio)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,8 +13,9 @@ from benchmarks.measure import Row, cpu_time, middle
 from benchmarks.smooth.problem import Problem
 
 Go = Callable[[], Any]
-SHORTEST = 2e-3  # [s] a sample shorter than this is made of several runs
-ENOUGH = 3.0  # [s] of samples of one row, after which there are no more of it; rows of fewer samples say so
+SHORTEST = 2e-3  # [s] a sample shorter than this is made of several runs,
+BUILDING = 0.1  # [s] as long as building all that takes no longer than this
+ENOUGH = 2.6  # [s] of samples of one row, after which there are no more of it; rows of fewer samples say so
 LONGEST = 12.0  # [s] a run that took longer is the last of its kind: finer settings of the same method are left out
 
 
@@ -63,10 +65,11 @@ def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) 
         found = _first(problem, one)
         if found is None:
             continue
-        if found > LONGEST:
-            slow[one.row.engine] = found
-        runs = max(1, min(200, math.ceil(SHORTEST / max(found, 1e-7))))
-        ready.append((one, runs, max(1, min(samples, round(ENOUGH / max(found, 1e-7))))))
+        if found[1] > LONGEST:
+            slow[one.row.engine] = found[1]
+        made, ran = found
+        runs = max(1, min(200, math.ceil(SHORTEST / max(ran, 1e-7)), int(BUILDING / max(made, 1e-7))))
+        ready.append((one, runs, max(1, min(samples, round(ENOUGH / max(ran, 1e-7))))))
     times: list[list[float]] = [[] for _ in ready]
     for turn in range(samples):
         for (one, runs, wanted), found_times in zip(ready, times, strict=True):
@@ -78,13 +81,17 @@ def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) 
     return [one.row for one in contenders]
 
 
-def _first(problem: Problem, one: Contender) -> float | None:
-    """A run to warm up, from which errors are told: CPU time [s] of a second one; None if there is no such run."""
+def _first(problem: Problem, one: Contender) -> tuple[float, float] | None:
+    """A run to warm up, from which errors are told: CPU time [s] of building and running a second one; None if there is no such run."""
     try:
         begin = time.process_time()
         go, end = one.make()
         one.row.more["built"] = (time.process_time() - begin) / one.parts
-        first = cpu_time(go)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            first = cpu_time(go)
+        if told:
+            one.row.more["warned"] = sorted({type(each.message).__name__ for each in told})
         one.row.more["first"] = first / one.parts
         at = end()
     except Exception as wrong:  # a contender that fails is a row that says so
@@ -98,8 +105,10 @@ def _first(problem: Problem, one: Contender) -> float | None:
         one.row.note, one.row.error = "not finite at the end", None
         return None
     if first > 1.0:
-        return first
-    return cpu_time(one.make()[0])
+        return 0.0, first
+    begin = time.process_time()
+    again, _ = one.make()
+    return time.process_time() - begin, cpu_time(again)
 
 
 def _short(wrong: Exception) -> str:

@@ -37,7 +37,7 @@ def contender(problem: Problem, one: Ours) -> Contender:
     return Contender(found, make)
 
 
-def built(problem: Problem, one: Ours) -> tuple[Any, Any]:
+def built(problem: Problem, one: Ours, compile: str = "always") -> tuple[Any, Any]:
     """A planned engine and what to read of it.
 
     Raises
@@ -45,7 +45,7 @@ def built(problem: Problem, one: Ours) -> tuple[Any, Any]:
     LookupError
         If this xPheve has no such stepper, or it did not get the group.
     """
-    engine = asked(one.stepper)
+    engine = asked(one.stepper, compile)
     bodies = problem.build(engine)
     engine.run(until=0.0, **one.run)
     served = {group["stepper"] for group in engine.explain().data["groups"]}
@@ -54,8 +54,8 @@ def built(problem: Problem, one: Ours) -> tuple[Any, Any]:
     return engine, bodies
 
 
-def asked(stepper: str | None) -> Any:
-    """An engine that compiles its loops, asked to serve all by ``stepper``, or by its own choice.
+def asked(stepper: str | None, compile: str = "always") -> Any:
+    """An engine that compiles its loops (unless ``compile`` says otherwise), asked to serve all by ``stepper``, or by its own choice.
 
     Raises
     ------
@@ -66,11 +66,11 @@ def asked(stepper: str | None) -> Any:
     from xpheve.errors import XpheveError
 
     if stepper is None:
-        return xp.PhysicsEngine(compile="always")
+        return xp.PhysicsEngine(compile=compile)
     if "stepper" not in inspect.signature(xp.PhysicsEngine).parameters:
         raise LookupError(f"this xPheve cannot be asked for {stepper}")
     try:
-        return xp.PhysicsEngine(compile="always", stepper=stepper)
+        return xp.PhysicsEngine(compile=compile, stepper=stepper)
     except XpheveError as wrong:
         raise LookupError(f"this xPheve has no {stepper}") from wrong
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -57,7 +58,8 @@ class Swarm:
 class Slope:
     """y' = f(t, y), written once: ``make(sqrt)`` gives f for floats, for symbols or for many digits.
 
-    ``f`` takes anything with indices and returns a tuple. ``end(y)`` says where the bodies are; ``jacobian``, if any, is df/dy as rows, a tuned solver's.
+    ``f`` takes anything with indices and returns a tuple. ``end(y)`` says where the bodies are; ``jacobian``,
+    if any, is df/dy as rows, for tuned solvers.
     """
 
     start: tuple[float, ...]
@@ -108,10 +110,15 @@ def steps(stepper: str | None, span: float, *counts: int, method: str | None = N
 class Bar:
     """What must be shown. Errors are bounded by ``error``; times are held against rows of peers.
 
-    ``kind``: "error" (a row of ours has an error of at most ``error``), "all errors" (each row of ours), "drift" (the same of energy), "front" (a row of ours that
-    no row of a peer beats in both, with an error of at most ``error``), "ratio" (our time over that of the ``peer`` row is at most ``ratio``, with an error at most ``error``
-    and, with ``no_larger``, at most that of the peer), "value" (a number of ``more`` of our rows, ``key``, is at most ``ratio``).
     ``method`` and ``setting`` choose our rows, ``peer`` and ``peer_setting`` those of the peer: beginnings of the engine's name and of the setting.
+    ``kind`` says what holds:
+
+    - "error": a row of ours has an error of at most ``error``; "all errors": each has; "drift": a row has, of energy;
+    - "front": a row of ours with an error of at most ``error`` is beaten by no row of the peers in both time and error; without ``error`` that is
+      so for all of our own front;
+    - "ratio": our time over that of the fastest of the peer's rows is at most ``ratio``, with an error of at most ``error`` and, with
+      ``no_larger``, at most the peer's;
+    - "value": the number ``key`` among the measures of each of our rows is at most ``ratio``.
     """
 
     text: str
@@ -154,7 +161,7 @@ class Problem:
     @cached_property
     def file(self) -> str:
         """The name of its plot."""
-        return self.id.lower().replace(" ", "_").replace(".", "")
+        return re.sub(r"[^a-z0-9]+", "_", self.id.lower()).strip("_")
 
 
 def distance(end: Array, high: Array, low: Array) -> float:

@@ -26,7 +26,9 @@ def table(results: dict[str, Any]) -> str:
 
 def _head(results: dict[str, Any]) -> str:
     machine, fixed = results["machine"], results["calibration"]
-    peers = ", ".join(f"{name} {version or 'not installed'}" for name, version in results["peers"].items()) or "no peers"
+    peers = (
+        ", ".join(f"{name} {version or 'not installed'}" for name, version in results["peers"].items()) or "no peers"
+    )
     return (
         f"Machine: {machine['cores']} ({machine['processor']}), Python {machine['python']}, NumPy {machine['numpy']}; {peers}. "
         f"CPU time, medians of up to {results['samples']}, in turns. "
@@ -57,7 +59,17 @@ def _scene(scene: dict[str, Any], results: dict[str, Any]) -> str:
     best = front.front(rows)
     has_drift = any(row["drift"] is not None for row in rows)
     measures = sorted({name for row in front.counted(rows) for name in row["more"].get("measures", {})})
-    names = ["engine", "setting", "CPU time", "error", *(["energy error"] if has_drift else []), *measures, "paid once", "on the front", "note"]
+    names = [
+        "engine",
+        "setting",
+        "CPU time",
+        "error",
+        *(["energy error"] if has_drift else []),
+        *measures,
+        "paid once",
+        "on the front",
+        "note",
+    ]
     lines = [f"### {scene['id']}: {scene['title']}", "", f"Error: {scene['metric']}.", ""]
     if scene["plot"]:
         lines += [f"![{scene['title']}: CPU time against error]({scene['plot']})", ""]
@@ -78,8 +90,10 @@ def _once(row: Row) -> float:
 
 
 def _note(row: Row, results: dict[str, Any]) -> str:
-    few = row["more"].get("samples", results["samples"])
-    return "; ".join(part for part in (row["note"], "" if few == results["samples"] else f"{few} of {results['samples']} samples") if part)
+    count = row["more"].get("samples", results["samples"])
+    few = "" if count == results["samples"] else f"{count} of {results['samples']} samples"
+    warned = f"warned: {', '.join(row['more']['warned'])}" if row["more"].get("warned") else ""
+    return "; ".join(part for part in (row["note"], warned, few) if part)
 
 
 def _standing(rows: list[Row]) -> list[str]:
@@ -93,7 +107,11 @@ def _standing(rows: list[Row]) -> list[str]:
     mine = front.front([one.row for one in found])
     behind = [one for one in found if one.beaten_by and one.row in mine]
     if behind:
-        said.append("Of our own front, behind: " + "; ".join(f"{_short(one.row)} by {_short(one.beaten_by[0])}" for one in behind) + ".")
+        said.append(
+            "Of our own front, behind: "
+            + "; ".join(f"{_short(one.row)} by {_short(one.beaten_by[0])}" for one in behind)
+            + "."
+        )
     return said
 
 
@@ -102,8 +120,13 @@ def _short(row: Row) -> str:
 
 
 def _missing(rows: list[Row]) -> list[str]:
+    """Rows without a result, put together by the reason."""
     counted = front.counted(rows)
-    return [f"Without a result: {front.name(row)}: {row['note'] or 'not finite'}." for row in rows if row not in counted]
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if row not in counted:
+            reasons.setdefault(row["note"] or "not finite", []).append(front.name(row))
+    return [f"Without a result: {'; '.join(names)}: {reason}." for reason, names in reasons.items()]
 
 
 def _number(value: float | None) -> str:
@@ -119,15 +142,31 @@ def _special(special: dict[str, Any]) -> str:
     return "\n".join([*lines, "", special["text"]]).strip()
 
 
+def rounded(value: Any) -> Any:
+    """The same with six digits a number: what was measured has no more, and files stay small."""
+    if isinstance(value, dict):
+        return {key: rounded(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [rounded(one) for one in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
 def write(results: dict[str, Any], folder: Path) -> None:
     """smooth.json, smooth.csv, smooth.md and a plot a scene in ``folder``."""
     folder.mkdir(parents=True, exist_ok=True)
     pictures = folder / "smooth"
     pictures.mkdir(exist_ok=True)
+    for old in pictures.glob("*.png"):
+        old.unlink()
     for scene in results["scenes"]:
         scene["plot"] = ""
-        if plots.draw(f"{scene['id']}: {scene['title']}", scene["metric"], scene["rows"], pictures / f"{scene['file']}.png"):
+        if plots.draw(
+            f"{scene['id']}: {scene['title']}", scene["metric"], scene["rows"], pictures / f"{scene['file']}.png"
+        ):
             scene["plot"] = f"../benchmarks/results/smooth/{scene['file']}.png"
+    for special in results["specials"]:
+        if plots.draw_growth(special["title"], special.get("curves", {}), pictures / f"{special.get('file')}.png"):
+            special["plot"] = f"../benchmarks/results/smooth/{special['file']}.png"
     (folder / "smooth.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     (folder / "smooth.md").write_text(table(results), encoding="utf-8")
     with (folder / "smooth.csv").open("w", newline="", encoding="utf-8") as file:

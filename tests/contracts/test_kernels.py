@@ -25,8 +25,8 @@ from xpheve.trace.samples import parameters_of
 FOLDER = Path(xpheve.kernels.__file__).parent
 NEVER_COMPILED = {"principal_axes", "sign_changes"}
 """For preparing scenes and for handlers: they return lists, or search among permutations."""
-ELSEWHERE = {"neighbours"}
-"""It writes into buffers: `tests/core/kernels/test_neighbours.py` compares them."""
+ELSEWHERE = {"neighbours", "dense", "tree"}
+"""They write into buffers: tests of their own in `tests/core/kernels` compare them."""
 ALONE = {"__init__"}
 
 NUMBER, WHOLE = "x", "i"

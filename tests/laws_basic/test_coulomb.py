@@ -53,7 +53,7 @@ def test_force_is_the_downhill_slope_of_the_potential(view: Any, minus_gradient:
 
 def atom(dt: float) -> tuple[xp.PhysicsEngine, xp.PhysicalObject]:
     """Run the electron of Bohr's first circle a quarter around a proton that is held."""
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
     e, m, a0 = 1.602176634e-19, 9.1093837015e-31, 5.29177210903e-11
     law = engine.add_law("basic:coulomb")
     engine.add_object(xp.PhysicalObject(mass=1.67e-27, charge=e, fixed=True), laws=[law])

@@ -29,19 +29,21 @@ def test_drag_never_does_positive_work(view: Any, v: Any, b: float) -> None:
     assert (force * np.array(v)).sum() <= 0
 
 
-def coast(dt: float) -> xp.PhysicalObject:
+def coast(dt: float, stepper: str = "") -> xp.PhysicalObject:
     """Return a body of 2 kg after 1 s of b = 3 kg/s, from 4 m/s."""
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper=stepper)
     law = engine.add_law("basic:linear_drag", coefficient=3.0)
     body = engine.add_object(xp.PhysicalObject(mass=2.0, velocity=(4, 0, 0)), laws=[law])
     engine.run(until=1.0, dt=dt)
     return body
 
 
-def test_speed_and_way_follow_the_exponential_with_order_two() -> None:
+def test_speed_and_way_follow_the_exponential_with_order_two_or_exactly() -> None:
     tau = 2.0 / 3.0
     speed, way = 4 * math.exp(-1 / tau), 4 * tau * (1 - math.exp(-1 / tau))
-    bodies = [coast(1 / n) for n in (32, 64, 128)]
+    exact = coast(0.5)
+    assert (exact.velocity[0], exact.position[0]) == pytest.approx((speed, way), rel=1e-15)
+    bodies = [coast(1 / n, "core:midpoint") for n in (32, 64, 128)]
     for errors in ([abs(b.velocity[0] - speed) for b in bodies], [abs(b.position[0] - way) for b in bodies]):
         assert errors[2] < 1e-4
         for coarse, fine in pairwise(errors):

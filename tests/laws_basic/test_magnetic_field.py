@@ -31,9 +31,11 @@ def test_it_does_no_work(view: Any, v: Any, b: Any, q: float) -> None:
     assert abs((force * np.array(v)).sum()) <= 1e-12 * max(1.0, np.abs(force).max() * np.abs(v).max())
 
 
-def circle(steps: int, turns: float = 0.25) -> tuple[xp.PhysicsEngine, xp.PhysicalObject]:
+def circle(
+    steps: int, turns: float = 0.25, stepper: str = "core:midpoint"
+) -> tuple[xp.PhysicsEngine, xp.PhysicalObject]:
     """Return engine and charge, of 1.5 C and 0.5 kg in 2 T along z, after some turns of ``steps`` steps each."""
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper=stepper)
     law = engine.add_law("basic:magnetic_field", field=("0 T", "0 T", "2 T"))
     body = xp.PhysicalObject(mass=0.5, charge=1.5, velocity=(0, 3.0, 0.5))
     engine.add_object(body, laws=[law])
@@ -42,9 +44,12 @@ def circle(steps: int, turns: float = 0.25) -> tuple[xp.PhysicsEngine, xp.Physic
     return engine, body
 
 
-def test_a_charge_gyrates_on_its_radius_with_its_frequency_with_order_two() -> None:
+def test_a_charge_gyrates_on_its_radius_with_its_frequency_with_order_two_or_exactly() -> None:
     radius = 3.0 / OMEGA  # m v/(q B); it circles with -q B/m: clockwise around +z
     where = (radius, radius, 0.5 * 0.25 * 2 * math.pi / OMEGA)
+    exact = circle(1, stepper="")[1]
+    assert exact.position == pytest.approx(where, rel=1e-15)
+    assert exact.velocity == pytest.approx((3.0, 0.0, 0.5), abs=1e-15)
     bodies = [circle(n)[1] for n in (128, 256, 512)]
     for errors in (
         [math.dist(body.position, where) for body in bodies],

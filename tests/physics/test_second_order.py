@@ -37,26 +37,26 @@ class Swing(xp.FieldLaw):
 
 
 def dragged() -> Any:
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
     laws = [engine.add_law("basic:planet_gravity"), engine.add_law("basic:linear_drag", coefficient=0.5)]
     return engine, [engine.add_object(xp.PhysicalObject(mass=2.0, velocity=(3, 0, 5)), laws=laws)]
 
 
 def dragged_hard() -> Any:
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
     laws = [engine.add_law("basic:planet_gravity"), engine.add_law("basic:quadratic_drag")]
     return engine, [engine.add_object(xp.PhysicalObject(mass=0.1, velocity=(3, 0, 5), drag_area=0.05), laws=laws)]
 
 
 def sprung() -> Any:
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     law = engine.add_law("basic:spring_to_point", stiffness=9.0, rest_length=0.7, anchor=(0.1, 0.2, 0.3))
     return engine, [engine.add_object(xp.PhysicalObject(position=(1, 0, 0), velocity=(0, 1, 0.5)), laws=[law])]
 
 
 def netted() -> Any:
     """Five bodies, each joined with each by springs and dampers."""
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     laws = [engine.add_law("basic:spring", stiffness=5.0, rest_length=1.0), engine.add_law("basic:damper", damping=0.1)]
     places = [(0, 0, 0), (1, 0.1, 0), (0, 1.2, 0.3), (-0.9, 0, 0.4), (0.2, -1, 0.1)]
     return engine, [
@@ -65,7 +65,7 @@ def netted() -> Any:
 
 
 def orbiting() -> Any:
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     law = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
     sun = xp.PhysicalObject(mass=3.0, velocity=(0, -0.25, 0))
     return engine, [
@@ -75,12 +75,12 @@ def orbiting() -> Any:
 
 
 def circling() -> Any:
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     return engine, [engine.add_object(xp.PhysicalObject(velocity=(1, 0, 0.5)), laws=[engine.add_law(Magnetic())])]
 
 
 def swinging() -> Any:
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     return engine, [engine.add_object(xp.PhysicalObject(), laws=[engine.add_law(Swing())])]
 
 
@@ -152,7 +152,7 @@ def test_a_free_form_law_of_host_steps_is_of_second_order() -> None:
                 obj.add_force(tuple(-0.5 * v for v in obj.velocity))
 
     def build() -> Any:
-        engine = xp.PhysicsEngine(up="z")
+        engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
         laws = [engine.add_law("basic:planet_gravity"), engine.add_law(Drag())]
         return engine, [engine.add_object(xp.PhysicalObject(mass=2.0, velocity=(3, 0, 5)), laws=laws)]
 
@@ -166,7 +166,7 @@ def test_a_free_form_law_of_host_steps_is_of_second_order() -> None:
 
 def test_a_spring_keeps_its_energy_over_a_thousand_periods() -> None:
     """Symplectic: the error swings with the period and does not grow. 1,000 periods of 20 steps."""
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     spring = engine.add_law("basic:spring_to_point", stiffness=4.0 * math.pi**2)
     body = engine.add_object(xp.PhysicalObject(position=(1, 0, 0)), laws=[spring])
     begin = engine.energy().total
@@ -260,7 +260,7 @@ def test_looking_between_steps_changes_nothing(name: str, options: dict[str, flo
 
 def over_a_floor(law: str, **parameters: Any) -> Build:
     def build() -> Any:
-        engine = xp.PhysicsEngine(up="z")
+        engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
         bounce = engine.add_law("collision:elastic", restitution=0.9)
         laws = [engine.add_law("basic:planet_gravity"), engine.add_law(law, **parameters), bounce]
         engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce])
@@ -303,7 +303,7 @@ def test_a_force_that_ends_inside_a_step_ends_there_for_what_is_stepped_too() ->
     expected = force / b * (1 - math.exp(-b * duration)) * math.exp(-b * (until - duration))
     errors = []
     for n in (16, 32, 64, 128):
-        engine = xp.PhysicsEngine()
+        engine = xp.PhysicsEngine(stepper="core:midpoint")
         body = engine.add_object(xp.PhysicalObject(), laws=[engine.add_law("basic:linear_drag", coefficient=b)])
         body.add_force((force, 0.0, 0.0), duration)
         engine.run(until=until, dt=1 / n)
@@ -313,7 +313,7 @@ def test_a_force_that_ends_inside_a_step_ends_there_for_what_is_stepped_too() ->
 
 def test_a_ball_on_a_spring_rests_where_the_spring_carries_it() -> None:
     """Critically damped: x = m g / k below the anchor, after enough of its times."""
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:midpoint")
     laws = [
         engine.add_law("basic:planet_gravity", acceleration=10.0),
         engine.add_law("basic:spring_to_point", stiffness=100.0),

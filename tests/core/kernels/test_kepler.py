@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from fractions import Fraction
 from typing import Any
 
@@ -351,3 +352,16 @@ def test_the_strength_of_a_pair_is_right_to_thirty_digits(k: float, q: float, p:
     if 1e-250 < abs(alone) < 1e300:
         assert abs(exact(inverse_square_rate(k, q, p, math.inf, b)) / alone - 1) < Fraction(1, 10**30)
     assert inverse_square_rate(0.0, q, p, a, b)[0] == 0.0
+
+
+@pytest.mark.stress
+@pytest.mark.parametrize("seed", range(4))
+def test_thousands_of_orbits_of_all_kinds(seed: int) -> None:
+    rng = random.Random(seed)
+    for _ in range(2000):
+        e = rng.choice([rng.uniform(0, 1), 1.0 - 10.0 ** rng.uniform(-9, 0), 1.0 + 10.0 ** rng.uniform(-9, 4)])
+        size, mu = 10.0 ** rng.uniform(-9, 12), 10.0 ** rng.uniform(-20, 20)
+        x, v = about(e, rng.uniform(-1.57, 1.57) if e >= 1.0 else rng.uniform(-3.1, 3.1), size, mu)
+        sign = rng.choice([1.0, 1.0, -1.0])
+        s = rng.choice([1.0, -1.0]) * 10.0 ** rng.uniform(-12, 9) * math.sqrt(size / mu) * size
+        check(x, v, sign * mu, s)

@@ -18,7 +18,9 @@ from xpheve.steppers.symplectic import (
     LEAPFROG,
     NYSTROM_4,
     NYSTROM_6,
+    SYMPLECTIC,
     Method,
+    Symplectic,
     Symplectic8,
     drift_first,
 )
@@ -140,7 +142,11 @@ def series_of(method: Method | None, degree: int, seed: int) -> tuple[np.ndarray
     ],
 )  # fmt: skip
 def test_weights_fulfil_the_conditions_of_their_order(method: Method, order: int) -> None:
-    assert method.kicks == method.kicks[::-1] and method.drifts == method.drifts[::-1] and method.turns == method.turns[::-1]
+    assert (
+        method.kicks == method.kicks[::-1]
+        and method.drifts == method.drifts[::-1]
+        and method.turns == method.turns[::-1]
+    )
     for seed in range(3):
         made, path = series_of(method, order + 1, seed), series_of(None, order + 1, seed)
         gap = np.abs(np.array(made) - np.array(path)).max(axis=(0, 1))
@@ -296,14 +302,33 @@ def test_a_stored_force_acts_beside_the_laws() -> None:
 
 
 def test_a_force_that_is_not_finite_stops_the_run_before_its_step() -> None:
-    engine, (body,) = planet(4)
-    body.velocity = (0.0, 0.0, 0.0)
-    body.position = (1e-3, 0.0, 0.0)
     falling = xp.PhysicsEngine(stepper="core:symplectic4")
     stuck = falling.add_object(xp.PhysicalObject(mass=1.0), laws=[falling.add_law(Sun)])
     with pytest.raises(LawFailedError, match="test:sun"):
         falling.run(until=1.0, dt=0.1)
     assert stuck.position == (0.0, 0.0, 0.0)
+
+
+def test_crossings_are_found_on_the_true_path() -> None:
+    engine, (body,) = planet(8)
+    seen: list[tuple[float, float]] = []
+    watch = type(
+        "Watch",
+        (xp.PhysicalLaw,),
+        {
+            "id": "test:watch",
+            "__doc__": "Notes when the planet goes through the line of apsides.",
+            "condition": xp.when.Crosses(lambda body: body.position.y),
+            "enforce_this_law": lambda self, event: seen.append((event.time, body.position[1])),
+        },
+    )
+    engine.map(body, engine.add_law(watch))
+    engine.run(until=7.0, dt=0.1)
+    assert [time for time, _ in seen][-2:] == pytest.approx([math.pi, 2.0 * math.pi], abs=2e-8)
+    assert max(abs(y) for _, y in seen) < 1e-12
+    fine, _ = planet(8)
+    fine.run(until=math.pi, dt=0.1)
+    assert abs(fine.objects[0].position[1]) < 3e-8
 
 
 # Energy
@@ -339,7 +364,7 @@ FIGURE_EIGHT = (
 
 @pytest.mark.stress
 def test_energy_walks_at_random() -> None:
-    """The mean square over shifted starts grows no faster than a random walk's."""
+    """The root mean square over shifted starts grows no faster than a random walk's; measured 0.35, and 0.48 over the last two decades."""
     marks = (1_000, 10_000, 100_000, 1_000_000)
     drift = []
     for k in range(20):
@@ -347,12 +372,12 @@ def test_energy_walks_at_random() -> None:
         body.position = (math.nextafter(START[0], 2.0) + 3e-16 * k, 1e-3 * k, 0.0)
         begin, row = engine.energy().total, []
         for mark in marks:
-            engine.run(until=mark * 0.05, dt=0.05)
+            engine.run(until=mark * 0.02, dt=0.02)
             row.append(engine.energy().total / begin - 1.0)
         drift.append(row)
     rms = np.sqrt((np.array(drift) ** 2).mean(axis=0))
     slope = np.polyfit(np.log(marks), np.log(rms), 1)[0]
-    assert slope < 0.55 and rms[-1] < 1e-13
+    assert slope < 0.55 and rms[-1] < 2e-14
 
 
 # Rotation
@@ -387,21 +412,37 @@ def test_rotation_under_torques_has_the_order_of_translation(
 ) -> None:
     exact = top(8, inertia, 0.01)[1]
     coarse, fine = (attitude_gap(top(order, inertia, 1.0 / count)[1], exact) for count in (steps, 2 * steps))
-    assert fine < 1e-3 and math.log2(coarse / fine) == pytest.approx(order, abs=0.95)  # (8: the finest is near rounding)
+    assert fine < 1e-3 and math.log2(coarse / fine) == pytest.approx(
+        order, abs=0.95
+    )  # (8: the finest is near rounding)
 
 
 @pytest.mark.parametrize("inertia", [(2.0, 2.0, 1.0), (1.0, 2.0, 2.5)])
 def test_a_top_keeps_energy_and_the_momentum_about_the_vertical(inertia: tuple[float, float, float]) -> None:
-    engine, body, before = top(8, inertia, 0.02, until=0.02)
+    engine, _, before = top(8, inertia, 0.02, until=0.02)
     about = engine.angular_momentum()[2]
     engine.run(until=20.0, dt=0.02)
     assert abs(engine.energy().total / before - 1.0) < 5e-14
     assert abs(engine.angular_momentum()[2] / about - 1.0) < 5e-14
 
 
+@pytest.mark.parametrize("stepper", ["", "core:symplectic4"])
+def test_what_a_potential_stands_for_is_no_work_of_torques(stepper: str) -> None:
+    engine = xp.PhysicsEngine(stepper=stepper)
+    body = xp.PhysicalObject(mass=1.0, inertia=(1.0, 2.0, 2.5), angular_velocity=(0.6, -2.0, 4.0))
+    engine.add_object(body, laws=[engine.add_law(Weight)])
+    before = engine.energy()
+    engine.run(until=1.0, dt=0.01)
+    assert engine.energy().work == 0.0
+    assert engine.energy().balance == pytest.approx(before.balance, abs=1e-3)
+    body.add_force(xp.Force((0.0, 0.0, 0.0), torque=(0.1, 0.0, 0.0)))
+    engine.run(until=2.0, dt=0.01)
+    assert abs(engine.energy().work) > 1e-2
+
+
 def test_a_top_is_read_between_steps() -> None:
     _, exact, _ = top(8, (1.0, 2.0, 2.5), 0.005, until=0.815)
-    engine, body, _ = top(8, (1.0, 2.0, 2.5), 0.05, until=0.815)
+    _, body, _ = top(8, (1.0, 2.0, 2.5), 0.05, until=0.815)
     assert attitude_gap(body, exact) < 1e-9
     assert np.abs(np.subtract(body.angular_velocity, exact.angular_velocity)).max() < 1e-8
 
@@ -435,3 +476,15 @@ def test_it_serves_only_whom_it_can() -> None:
     ):
         answer = stepper.offer(Signature(**(fit | change)))
         assert isinstance(answer, Refusal) and why in answer.reason
+
+
+@pytest.mark.parametrize("kind", SYMPLECTIC)
+def test_the_limit_is_where_an_oscillation_first_grows(kind: type[Symplectic]) -> None:
+    def grows(h: float) -> bool:
+        step = np.eye(2)
+        for kick, drift in zip(kind.method.kicks, (*kind.method.drifts, 0.0), strict=True):
+            step = np.array([[1.0, drift * h], [0.0, 1.0]]) @ np.array([[1.0, 0.0], [-kick * h, 1.0]]) @ step
+        return abs(float(np.trace(step))) > 2.0 + 1e-9
+
+    assert not any(grows(h) for h in np.linspace(0.01, kind.limit, 500))
+    assert any(grows(h) for h in np.linspace(kind.limit, 1.02 * kind.limit, 500))

@@ -31,7 +31,6 @@ class Pull(xp.PairLaw):
     g = xp.Param(2.0, unit="m^3/(kg s^2)", doc="G.")
     s = xp.Param(0.0, unit="m", ge=0, doc="Softening.")
     exponent = xp.Param(3.0, unit="1", doc="Of the distance.")
-    far = xp.Param(False, doc="A switch.")
 
     def force(self, a: Any, b: Any) -> Any:
         d = a.position - b.position

@@ -26,8 +26,10 @@ class Coulomb(PairLaw):
 
     Units: k [N m^2/C^2], charges [C], lengths [m], force [N]; the potential of a pair is k q_a q_b / (eps_r sqrt(|d|^2 + s^2)) [J].
 
-    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``: O(n^2).
-    Accuracy: the force is exact to rounding; trajectories are as exact as the stepper, order 2 in dt with the midpoint.
+    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``: O(n^2); by a tree
+    about O(n log n).
+    Accuracy: the force is exact to rounding, or of 99% of the bodies within ``error``; trajectories are as exact as the stepper,
+    order 2 in dt with the midpoint.
 
     Source: C. A. Coulomb, Histoire de l'Academie royale des sciences (1785), 569; k = 1/(4 pi eps_0) of CODATA 2018: E. Tiesinga et
     al., Rev. Mod. Phys. 93, 025010 (2021); softening: H. C. Plummer, MNRAS 71, 460 (1911).

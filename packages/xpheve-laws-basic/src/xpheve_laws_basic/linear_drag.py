@@ -22,7 +22,8 @@ class LinearDrag(FieldLaw):
     Units: coefficient b [kg/s], velocity v [m/s], force [N]. There is no potential; the work is reported.
 
     Cost: one evaluation a step, three multiplications a body; O(n) for n bodies.
-    Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while b dt / m < 2.
+    Accuracy: exact, to rounding, where all that acts is linear; else as exact as the stepper; order 2 in dt with the
+    midpoint, stable while b dt / m < 2.
 
     Source: G. G. Stokes, Trans. Camb. Phil. Soc. 9, part II, 8 (1851); G. K. Batchelor, An Introduction to Fluid
     Dynamics (1967), section 4.9.

@@ -29,7 +29,8 @@ class RotatingFrame(FieldLaw):
     [J]; Coriolis' does no work. The torque has none here; its work is reported.
 
     Cost: one evaluation a step, some forty operations a body, and as many for its torque; O(n) for n bodies.
-    Accuracy: as exact as the stepper; order 2 in dt with the midpoint, for |W| dt < 0.1.
+    Accuracy: exact, to rounding, for points where all that acts is linear; else as exact as the stepper; order 2 in dt with the
+    midpoint, for |W| dt < 0.1.
 
     Source: L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed. 1976), section 39, equation 39.7; torque: Euler's equations, section 36, in the
     angular velocity w + W.

@@ -28,7 +28,8 @@ class SpringToPoint(FieldLaw):
     Units: stiffness k [N/m], lengths [m], force [N]; the potential is k (|d| - L)^2 / 2 [J].
 
     Cost: one evaluation a step, some twenty operations, a square root and three divisions a body; O(n) for n bodies.
-    Accuracy: as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k).
+    Accuracy: exact, to rounding, with L = 0 where all that acts is linear; else as exact as the stepper; order 2 in dt with
+    the midpoint, stable while dt < 2 sqrt(m/k).
 
     Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed.
     1976), section 21.

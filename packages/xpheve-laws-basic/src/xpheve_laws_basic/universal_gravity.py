@@ -21,15 +21,16 @@ class UniversalGravity(PairLaw):
     encounters do not matter.
 
     Benefits and drawbacks: orbits, and pulls both ways; ``basic:planet_gravity`` is its limit near the ground, in closed form and
-    free along the way; ``basic:black_hole_gravity`` adds the last stable orbit around one hole. All pairs are summed, with no tree, so that more
-    than some thousands of bodies are slow.
+    free along the way; ``basic:black_hole_gravity`` adds the last stable orbit around one hole. All pairs are summed, which is slow
+    beyond some thousands of bodies, unless ``error`` allows a tree.
 
     Units: G [m^3/(kg s^2)], masses [kg], lengths [m], force [N]; the potential of a pair is -G m_a m_b / sqrt(|d|^2
     + s^2) [J].
 
-    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``: O(n^2).
-    Accuracy: the force is exact to rounding; trajectories are as exact as the stepper, order 2 in dt with the
-    midpoint.
+    Cost: one evaluation a step; n (n - 1)/2 pairs of n bodies, or sources times targets with ``between``: O(n^2); by a tree
+    about O(n log n).
+    Accuracy: the force is exact to rounding, or of 99% of the bodies within ``error``; trajectories are as exact as the stepper,
+    order 2 in dt with the midpoint.
 
     Source: I. Newton, Principia (1687), book III, proposition VII; G of CODATA 2018: E. Tiesinga et al., Rev. Mod.
     Phys. 93, 025010 (2021); softening: H. C. Plummer, MNRAS 71, 460 (1911).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,7 @@ def test_inside_is_what_the_distance_says(registry: Registry, x: Any, v: Any, bo
     entered, left, _ = followed(engine, region, position=x, velocity=v)
     engine.run(until=4.0)
     changes = sorted([(t, True) for t in entered.times] + [(t, False) for t in left.times])
-    assert all(a[1] != b[1] for a, b in zip(changes, changes[1:], strict=False))
+    assert all(a[1] != b[1] for a, b in pairwise(changes))
     inside = _distance(region, x) <= 0.0
     for t in np.linspace(0.0, 4.0, 400).tolist():
         place = np.array(x) * math.cos(RATE * t) + np.array(v) / RATE * math.sin(RATE * t)

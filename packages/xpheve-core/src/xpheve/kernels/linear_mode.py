@@ -15,8 +15,6 @@ Sources: the closed form is in every textbook, such as L. D. Landau, E. M. Lifsh
 floats: T. J. Dekker, Numer. Math. 18 (1971) 224.
 """
 
-import math
-
 from xpheve.kernels.elliptic import (
     Pair,
     pair_add,
@@ -155,9 +153,7 @@ def by_series(a: Complex, b: Complex, s: float) -> tuple[Complex, Complex, Compl
     return ((s * push[0], s * push[1]), speed, (s * s * way[0], s * s * way[1]))
 
 
-def by_equal_roots(
-    a: Complex, b: Complex, mean: Wide, gap: Complex, span: Pair
-) -> tuple[Complex, Complex, Complex]:
+def by_equal_roots(a: Complex, b: Complex, mean: Wide, gap: Complex, span: Pair) -> tuple[Complex, Complex, Complex]:
     """S, S' and T where the roots are nearly one."""
     s = span[0]
     z = (gap[0] * s, gap[1] * s)
@@ -196,9 +192,7 @@ def by_roots(
     return (push, speed, over((u[0] - w[0], u[1] - w[1]), apart))
 
 
-def flow(
-    mode: tuple[Wide, Wide, Wide, Wide, Wide, Wide], span: Pair
-) -> tuple[Complex, Complex, Complex]:
+def flow(mode: tuple[Wide, Wide, Wide, Wide, Wide, Wide], span: Pair) -> tuple[Complex, Complex, Complex]:
     """S, S' and T of a prepared mode after ``span`` [s]."""
     a, b, mean, gap, first, second = mode
     x, y, d = rounded(a), rounded(b), rounded(gap)

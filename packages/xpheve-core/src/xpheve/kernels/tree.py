@@ -15,13 +15,15 @@ The order of all sums is fixed by the places alone. Buffers are flat arrays or m
 
 import math
 
+from xpheve.kernels.ieee import divide, sqrt
+
 LANES = 32
 """Bodies of a group: they walk the tree together, one in each lane of a vector loop."""
 LEAF = 8
 """Bodies of a leaf; `LANES` is a multiple of it."""
-NODE = 18
-"""Numbers of a node: centre of |q| (3), radius about it, what stands for the octupole, q, dipole (3), quadrupole xx xy xz yy yz zz, |q|, the
-trace of |q|'s, half of spare."""
+NODE = 17
+"""Numbers of a node: centre of |q| (3), radius about it, what stands for the octupole, q, dipole (3), quadrupole xx xy xz yy yz zz, |q|, and
+the sum of |q| times the square of the distance from the centre."""
 CENTRE, RADIUS, OCTUPOLE, CHARGE, DIPOLE, QUADRUPOLE, WEIGHT, SPREAD = 0, 3, 4, 5, 6, 9, 15, 16
 NEAREST = 1.21
 """Square of the least distance from which a node may act as a whole, in units of its radius."""
@@ -34,6 +36,7 @@ FINER = 6
 SAMPLE = 128
 """Bodies on which the error is measured."""
 SAMPLED = 7 * LANES
+"""Where in ``t`` the fields of the sample begin."""
 SCRATCH = SAMPLED + 4 * SAMPLE
 """Length of ``t``: places, fields and numbers of 32 bodies; then fields of the sample, and their errors."""
 
@@ -45,7 +48,7 @@ def stride(count: int) -> int:
 
 def nodes(count: int) -> int:
     """Nodes of the tree of ``count`` bodies."""
-    return 2 * ((count + LEAF - 1) // LEAF) - 1
+    return 2 * max(1, (count + LEAF - 1) // LEAF) - 1
 
 
 def floats(count: int) -> int:
@@ -292,7 +295,7 @@ def store(
 
 
 def finish(s: list[float], node: int, box: int) -> int:
-    """Radius of a node, to the farthest corner of its box, and radius times the trace of |q|'s second moments, no less than its third."""
+    """Write the radius of a node, to the farthest corner of its box, and the bound of its octupole: radius times `SPREAD`."""
     x = max(s[node] - s[box], s[box + 3] - s[node])
     y = max(s[node + 1] - s[box + 1], s[box + 4] - s[node + 1])
     z = max(s[node + 2] - s[box + 2], s[box + 5] - s[node + 2])
@@ -320,8 +323,8 @@ def of_whole(s: list[float], t: list[float], node: int, soft: float) -> int:
         y = t[lane + 32] - cy
         z = t[lane + 64] - cz
         square = x * x + y * y + z * z + soft
-        v = 1.0 / square
-        u3 = v * math.sqrt(v)
+        v = divide(1.0, square)
+        u3 = v * sqrt(v)
         u5 = 3.0 * v * u3
         sx = xx * x + xy * y + xz * z
         sy = xy * x + yy * y + yz * z
@@ -343,7 +346,7 @@ def of_each(s: list[float], t: list[float], size: int, low: int, high: int, soft
             y = t[lane + 32] - by
             z = t[lane + 64] - bz
             square = x * x + y * y + z * z + soft
-            k = q / (square * math.sqrt(square))
+            k = divide(q, square * sqrt(square))
             t[lane + 96] = t[lane + 96] + k * x
             t[lane + 128] = t[lane + 128] + k * y
             t[lane + 160] = t[lane + 160] + k * z
@@ -360,7 +363,7 @@ def of_others(s: list[float], t: list[float], size: int, low: int, high: int, fi
             y = t[lane + 32] - by
             z = t[lane + 64] - bz
             square = x * x + y * y + z * z + soft
-            k = q / (square * math.sqrt(square))
+            k = divide(q, square * sqrt(square))
             t[lane + 96] = t[lane + 96] + (k * x if lane != own else 0.0)
             t[lane + 128] = t[lane + 128] + (k * y if lane != own else 0.0)
             t[lane + 160] = t[lane + 160] + (k * z if lane != own else 0.0)
@@ -377,7 +380,7 @@ def of_sample(s: list[float], t: list[float], size: int, count: int, soft: float
             y = t[lane + 32] - by
             z = t[lane + 64] - bz
             square = x * x + y * y + z * z + soft
-            k = q / (square * math.sqrt(square))
+            k = divide(q, square * sqrt(square))
             t[lane + 96] = t[lane + 96] + (k * x if t[lane + 192] != own else 0.0)
             t[lane + 128] = t[lane + 128] + (k * y if t[lane + 192] != own else 0.0)
             t[lane + 160] = t[lane + 160] + (k * z if t[lane + 192] != own else 0.0)
@@ -454,7 +457,7 @@ def walk(
 def acts_whole(square: float, radius: float, octupole: float, limit: float) -> bool:
     """Whether a node at the distance whose square is given, or farther, may act by its moments.
 
-    What they leave out is at most (4 B_3 - 3 B_4 / d) / (d^3 (d - r)^2), B_n = sum of |q| |x|^n (Salmon, Warren 1994, eq. 10); here stands
+    What they leave out is at most (4 B_3 - 3 B_4 / d) / (d^3 (d - r)^2), B_n = sum of |q| |x|^n (Salmon, Warren 1994); here stands
     r B_2 for 4 B_3, as the bound is rarely reached, and `SHARE` is measured.
     """
     if not square > NEAREST * radius * radius:
@@ -477,8 +480,8 @@ def strength(count: int, s: list[float], w: list[int], body: int, soft: float) -
         square = x * x + y * y + z * z
         radius = s[node + RADIUS]
         if square > radius * radius:
-            v = 1.0 / (square + soft)
-            u = v * math.sqrt(v)
+            v = divide(1.0, square + soft)
+            u = v * sqrt(v)
             px, py, pz = s[node + DIPOLE], s[node + DIPOLE + 1], s[node + DIPOLE + 2]
             q = u * (s[node + CHARGE] + 3.0 * v * (px * x + py * y + pz * z))
             ex += q * x - u * px
@@ -490,7 +493,7 @@ def strength(count: int, s: list[float], w: list[int], body: int, soft: float) -
                 x, y, z = bx - s[j], by - s[size + j], bz - s[2 * size + j]
                 square = x * x + y * y + z * z + soft
                 if j != body and square > 0.0:
-                    u = s[3 * size + j] / (square * math.sqrt(square))
+                    u = divide(s[3 * size + j], square * sqrt(square))
                     ex += u * x
                     ey += u * y
                     ez += u * z
@@ -614,6 +617,7 @@ def solve(count: int, s: list[float], w: list[int], t: list[float], soft: float,
         fields(count, s, w, t, soft, share if walks < FINER else 0.0, 0, groups)
         found = measured(count, s, t)
         walks += 1
-        share *= min(0.5, share_of(error) / share_of(found)) if found < math.inf else 0.01
+        if found > error:
+            share *= min(0.5, share_of(error) / share_of(found)) if found < 1.0 else 0.01
     t[0] = found
     return walks

@@ -22,7 +22,7 @@ from xpheve.loop.motion import COUNTS, FIRST_COUNTS, FIRST_LISTS, LISTS
 from xpheve.loop.terms import SCENE, Term, depends, rowwise, shared_nodes, slot_of
 from xpheve.trace.derivative import is_zero, jacobian
 from xpheve.trace.emit import Writer
-from xpheve.trace.graph import Node, walk
+from xpheve.trace.graph import Node, Parameter, walk
 
 if TYPE_CHECKING:
     from xpheve.loop.motion import MotionText
@@ -120,7 +120,7 @@ def _rows(motion: MotionText, number: int, terms: Sequence[Term]) -> list[str]:
         offset += term.size
         ages += "since" in term.trace.reads
 
-        def leaf(node: Node, names: dict[object, str] = names, age: int = age) -> str:
+        def leaf(node: Node, names: dict[Parameter, str] = names, age: int = age) -> str:
             if node.op == "param":
                 return names[node.value]
             shared = motion.leaf_of_scene(node)
@@ -144,16 +144,16 @@ def _rows(motion: MotionText, number: int, terms: Sequence[Term]) -> list[str]:
         writer = Writer(leaf, prefix=f"a{m}_", starts=motion.starts)
         writer.names.update(fixed.names)
         found = writer.write(outputs)
-        body += writer.lines
+        body.extend(writer.lines)
         if term.switch:
             on = f"p[q + {own + len(names)}]"
-            body += [f"o{m}_{k} = {name} if {on} != 0.0 else 0.0" for k, name in enumerate(found)]
+            body.extend(f"o{m}_{k} = {name} if {on} != 0.0 else 0.0" for k, name in enumerate(found))
             found = [f"o{m}_{k}" for k in range(len(found))]
         for (_, by, r, c, _), name in zip(slopes, found, strict=True):
             sums.setdefault((PLACES_OF[by], r, c), []).append(name)
     for (place, r, c), parts in sorted(sums.items()):
         value = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
-        body += _put([("i", "i", "im")], place, r, c, value)
+        body.extend(_put([("i", "i", "im")], place, r, c, value))
     call = "s, p, tables, k, d, first, last, q, rows, moving, x, v, jx, jv, now"
     lines = [f"def row_slopes_{number}({call}):", *(f"    {line}" for line in head)]
     return [*lines, "    for i in range(first, last):", *(f"        {line}" for line in body), "    return 0", ""]
@@ -191,7 +191,9 @@ def _pairs(motion: MotionText, number: int, pair: PairKind) -> list[str]:
 
     def loads(side: str) -> list[str]:
         row = sides[side]
-        read = {n.value for n in walk(outputs) if n.op == "input" and n.value.side == side and n.value.name not in SCENE}
+        read = {
+            n.value for n in walk(outputs) if n.op == "input" and n.value.side == side and n.value.name not in SCENE
+        }
         return [f"{variable(one)} = {_place(motion, one.name, one.component, row)}" for one in sorted(read)]
 
     def put(row: str, column: str, sign: str) -> list[str]:
@@ -219,7 +221,13 @@ def _pairs(motion: MotionText, number: int, pair: PairKind) -> list[str]:
     lines += [f"    {line}" for line in head]
     lines += ["    for m in range(count):", "        i = left[m]", *(f"        {line}" for line in loads("a"))]
     inner = ["j = left[m + 1 + l]", *loads("b"), *force, *act]
-    return [*lines, "        for l in range(count - 1 - m):", *(f"            {line}" for line in inner), "    return 0", ""]
+    return [
+        *lines,
+        "        for l in range(count - 1 - m):",
+        *(f"            {line}" for line in inner),
+        "    return 0",
+        "",
+    ]
 
 
 DIFFERENCES = """

@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
 TILES, TREE = "all, by tiles", "all, by a tree"
 """Which pairs, and how they are summed; see `xpheve.loop.couples`."""
-TILES_FROM = 40
+TILES_FROM = 64
 """Bodies from which on tiles are faster than pair after pair."""
 TREE_FROM = 4500
 """Bodies from which on a tree with an error of 1e-3 is faster than tiles."""
 LEAST_TREE = 2000
 """Bodies from which on a tree may be."""
+SHORT = 40
+"""Lines of a force that is written down four times, for speed."""
 WIDE, EIGHT = 32, 8
 """Bodies of a tile, and parts in which a sum over them is taken."""
 NODES_OF_TREE = 1000
@@ -40,16 +42,31 @@ TOLD = 2
 """Behind the tree's own floats: the greatest error measured so far, and the greatest number of walks."""
 
 
-def how_to_sum(how: str, count: int, term: Term, law: PairLaw) -> str:
-    """How the pairs of ``law`` among ``count`` bodies are summed: ``how`` as it is, `TILES` or `TREE`."""
+def how_to_sum(how: str, count: int, term: Term, law: PairLaw, steady: bool = True) -> str:
+    """How the pairs of ``law`` among ``count`` bodies are summed: ``how`` as it is, `TILES` or `TREE`; ``steady`` as in `why_no_tree`."""
     if how != ALL:
         return how
-    if pays(count, law.allowed_error()) and inverse_square(term.trace, law) is not None:
+    if law.allowed_error() > 0.0 and not why_no_tree(count, term, law, steady):
         return TREE
-    by_hand = any(
-        node.op == "kernel" for node in walk(term.trace.force or ())
-    )  # it may fail for a pair of one body with itself
+    by_hand = any(node.op == "kernel" for node in walk(term.trace.force or ()))  # it may fail for a body with itself
     return TILES if count >= TILES_FROM and not by_hand else ALL
+
+
+def why_no_tree(count: int, term: Term, law: PairLaw, steady: bool) -> str:
+    """Why a law that allows an error is summed exactly all the same; empty if it is not.
+
+    ``steady`` says that the steps have a given length. Where their length follows from their error, the small jumps of a tree's forces would
+    make them ever shorter.
+    """
+    if not steady:
+        return (
+            "the lengths of steps follow from their errors, or equations are solved, which a tree's error would spoil"
+        )
+    if not pays(count, law.allowed_error()):
+        return "a tree would be slower"
+    if inverse_square(term.trace, law) is None:
+        return "the force is not proven to fall with the square of the distance"
+    return ""
 
 
 def pays(count: int, error: float) -> bool:
@@ -68,9 +85,12 @@ def work_of(how: str, count: int) -> int:
 
 
 class TilePairs(PairsText):
-    """Writes ``pairs_<number>`` for all pairs of a list, tile after tile, and ``lanes_<number>`` for one body and the rows of a tile."""
+    """Writes ``pairs_<number>`` for all pairs of a list: those of the rows before a tile with it, and those inside it, tile after tile.
 
-    scratch = True
+    Of the tiles it takes every ``strips``-th, from ``strip`` on.
+    """
+
+    more = "t, z, strip, strips"
 
     def function(self) -> list[str]:
         """The lines of the functions."""
@@ -81,7 +101,10 @@ class TilePairs(PairsText):
         spread = ["j = left[first + l]", *(f"e{c} = t[l + {self.sums + WIDE * c}]" for c in range(3))]
         spread += self._add("j", "-", [f"e{c}" for c in range(3)])
         given = "s, p, tables, k, left, q, rows, x, v, a, w, now, t"
-        lines = [f"for first in range(0, count, {WIDE}):", f"    lanes = min({WIDE}, count - first)"]
+        lines = [
+            f"for first in range({WIDE} * strip, count, {WIDE} * strips):",
+            f"    lanes = min({WIDE}, count - first)",
+        ]
         lines += [f"    for l in range({WIDE}):", "        j = left[first + min(l, lanes - 1)]", *_in(_in(take))]
         lines += [f"    begin = first if lanes == {WIDE} else 0"]
         lines += [f"    every_{self.number}({given}, begin)"]
@@ -97,16 +120,25 @@ class TilePairs(PairsText):
     def _row(self, masked: bool) -> list[str]:
         """Lines that find the forces between body m of the list and those of the tile, of which ``masked`` leaves out what is no pair.
 
-        The sum of the 32 that act on m is taken in eight parts, which are found side by side.
+        The sum of the 32 that act on m is taken in eight parts, which are found side by side: at once where all are pairs and the force is
+        short, else by the way of scratch, to the same bits.
         """
-        lines = ["i = left[m]", *self._loads("a", "i"), f"for l in range({EIGHT}):"]
-        parts = range(0, WIDE, EIGHT)
-        for part in parts:
-            lines += _in(_renamed(self._pair(part, masked), f"_{part}"))
-        for c in range(3):
-            a, b, d, e = (f"e{c}_{part}" for part in parts)
-            lines.append(f"    t[l + {self.ends + EIGHT * c}] = ({a} + {b}) + ({d} + {e})")
-        lines += [f"e{c} = {_of_eight(self.ends + EIGHT * c)}" for c in range(3)]
+        lines = ["i = left[m]", *self._loads("a", "i")]
+        if masked or len(self.force) > SHORT:
+            lines += [f"for l in range({WIDE}):", *_in(self._pair(0, masked))]
+            lines += [f"    t[l + {self.ends + WIDE * c}] = e{c}" for c in range(3)]
+            lines.append(f"for l in range({EIGHT}):")
+            for c in range(3):
+                a, b, d, e = (f"t[l + {self.ends + WIDE * c + part}]" for part in range(0, WIDE, EIGHT))
+                lines.append(f"    {a} = ({a} + {b}) + ({d} + {e})")
+        else:
+            lines.append(f"for l in range({EIGHT}):")
+            for part in range(0, WIDE, EIGHT):
+                lines += _in(_renamed(self._pair(part, masked), f"_{part}"))
+            for c in range(3):
+                a, b, d, e = (f"e{c}_{part}" for part in range(0, WIDE, EIGHT))
+                lines.append(f"    t[l + {self.ends + WIDE * c}] = ({a} + {b}) + ({d} + {e})")
+        lines += [f"e{c} = {_of_eight(self.ends + WIDE * c)}" for c in range(3)]
         return [*lines, *self._add("i", "+", ["e0", "e1", "e2"])]
 
     def _pair(self, part: int, masked: bool) -> list[str]:
@@ -131,7 +163,7 @@ class TreePairs(PairsText):
     ``right`` is the tree's whole numbers, ``t`` its scratch, and ``z`` its floats, with `TOLD` more.
     """
 
-    scratch = True
+    more = "t, z"
     charge = ""
     """What bodies act by: "mass" or a column; empty if all act alike."""
 

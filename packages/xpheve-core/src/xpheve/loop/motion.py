@@ -8,7 +8,9 @@ rows turn: then 3 to 6 are the orientation, as `xpheve.kernels.turning` has it.
 Buffers: ``f`` = the driver's own, parameters, tables, row constants (``k[slot * N + i]``), the motion of sources, scratch of pairs, then
 one for each set of pairs (a tree's numbers); ``n`` = counts, segments,
 the driver's own, then three for each set of pairs (left, right, places of parameters). Counts: segments, N, M, 0, then two for each set of
-pairs (how many pairs or rows, place of the parameters). A segment is: kind, first row, last row, place of its parameters.
+pairs (how many pairs or rows, place of the parameters). The fourth count is how many of the other
+rows move: where they are is followed first, by `xpheve.kernels.course` from the motion of sources.
+A segment is: kind, first row, last row, place of its parameters.
 """
 
 from __future__ import annotations
@@ -60,7 +62,9 @@ class RowSlots:
 class MotionText:
     """The text of ``forces`` for rows of ``kinds`` (law sets) and pairs of ``pair_kinds``.
 
-    ``charges`` names what bodies of the sets of pairs act by that a tree sums. ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
+    ``charges`` names what bodies of the sets of pairs act by that a tree sums.
+
+    ``works`` says that some force has no potential, ``reads_velocity`` and ``reads_time`` what accelerations depend on besides places.
     """
 
     def __init__(
@@ -70,6 +74,7 @@ class MotionText:
         stored_work: bool,
         turning: bool,
         charges: Mapping[int, str] | None = None,
+        followed: bool = False,
     ) -> None:
         self.charges = charges or {}
         self.kinds, self.pair_kinds = tuple(kinds), tuple(pair_kinds)
@@ -83,7 +88,8 @@ class MotionText:
         self.works = stored_work or any(not term.accounted for term in self.terms)
         reads = frozenset[str]().union(*(term.trace.reads for term in self.terms))
         self.reads_velocity = turning or bool(reads & {"velocity", "angular_velocity"})
-        self.reads_time = "time" in reads
+        self.reads_time = followed or "time" in reads
+        self.followed = followed
 
     def text(self) -> str:
         """The text that defines ``forces``."""
@@ -91,10 +97,10 @@ class MotionText:
         for number, kind in enumerate(self.kinds):
             lines += _Rows(self, number, kind).function()
         for number, pair in enumerate(self.pair_kinds):
-            lines += self._pairs(number, pair).function()
+            lines += self.pairs(number, pair).function()
         return "\n".join([*lines, *self._forces()]) + "\n"
 
-    def _pairs(self, number: int, pair: PairKind) -> PairsText:
+    def pairs(self, number: int, pair: PairKind) -> PairsText:
         """What writes the function of a set of pairs."""
         from xpheve.loop.long_range import TILES, TREE, TilePairs, TreePairs
 
@@ -108,6 +114,8 @@ class MotionText:
         lines = ["def forces(f, n, x, v, a, w, now):"]
         lines += ["    s = f[0]", "    p = f[1]", "    tables = f[2]", "    k = f[3]", "    c = n[0]", "    g = n[1]"]
         lines += ["    rows = c[1]", "    moving = c[2]"]
+        if self.followed:
+            lines.append(f"    course__follow(s, f[4], c[3], rows, x, v, {int(self.reads_velocity)}, now)")
         if self.pair_kinds:
             lines += ["    for i in range(3 * rows):", "        s[a + i] = 0.0"]
             if self.works:
@@ -115,9 +123,10 @@ class MotionText:
         for number, pair in enumerate(self.pair_kinds):
             at, count = FIRST_LISTS + LISTS * number, FIRST_COUNTS + COUNTS * number
             lists = ", ".join(f"n[{at + one}]" for one in range(LISTS))
-            scratch = f", f[{SCRATCH}], f[{SCRATCH + 1 + number}]" if self._pairs(number, pair).scratch else ""
+            words = {"t": f"f[{SCRATCH}]", "z": f"f[{SCRATCH + 1 + number}]", "strip": "0", "strips": "1"}
+            more = "".join(f", {words[one]}" for one in self.pairs(number, pair).more.split(", ") if one)
             lines.append(
-                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now{scratch})"
+                f"    pairs_{number}(s, p, tables, k, {lists}, c[{count}], c[{count + 1}], rows, x, v, a, w, now{more})"
             )
         lines.append("    for j in range(c[0]):")
         for number in range(len(self.kinds)):
@@ -251,8 +260,8 @@ class _Rows:
 class PairsText:
     """Writes ``pairs_<number>``: the force of a pair law on ``a``, and its opposite on ``b``, added pair by pair."""
 
-    scratch = False
-    """Whether it needs the scratch of all sets, ``t``, and what is kept for this one, ``z``."""
+    more = ""
+    """What it needs besides: the scratch of all sets, ``t``, what is kept for this one, ``z``, and which tiles are summed."""
 
     def __init__(self, motion: MotionText, number: int, pair: PairKind) -> None:
         self.motion, self.number, self.term, self.how, self.shared = motion, number, *pair
@@ -263,7 +272,7 @@ class PairsText:
     def head(self) -> str:
         """The first line of the function."""
         given = "s, p, tables, k, left, right, which, count, q, rows, x, v, a, w, now"
-        return f"def pairs_{self.number}({given}{', t, z' if self.scratch else ''}):"
+        return f"def pairs_{self.number}({given}{', ' * bool(self.more)}{self.more}):"
 
     def function(self) -> list[str]:
         """The lines of the function."""

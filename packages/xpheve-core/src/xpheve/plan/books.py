@@ -30,11 +30,9 @@ def account(
     transaction = world.transaction
     stored = transaction.touched[obj].forces if transaction is not None else world.forces.on(obj)
     number = int(world.bodies.batch[obj._row])
-    torque = world.batches[number].state.arrays.get("torque") if number >= 0 else None
-    turned = torque is not None and torque[:, int(world.bodies.local[obj._row])].any()
+    turned = number >= 0 and bool(twisted(world, world.batches[number])[int(world.bodies.local[obj._row])])
     works = number >= 0 and world.batches[number].working is not None
-    running = _running(world, number, obj)
-    if not works and not turned and running is None and all(one.accounted for one in stored):
+    if not works and not turned and all(one.accounted for one in stored):
         return
     way = [x1 - x0 for x1, x0 in zip(flown["position"], held["position"], strict=True)]
     work: dict[str, list[float]] = {}
@@ -47,8 +45,6 @@ def account(
     if number < 0:
         return
     batch, local = world.batches[number], int(world.bodies.local[obj._row])
-    if running is not None:
-        world.add_work(label_of(batch), math.fsum([running, *(-part for parts in work.values() for part in parts)]))
     if works and batch.working is not None:
         force = batch.working[:, local]
         world.add_work(label_of(batch), math.fsum((force * np.array(way)).tolist()))
@@ -59,15 +55,6 @@ def account(
             for one in (flown, held)
         )
         world.add_work(twist_label(batch), float(after - before))
-
-
-def _running(world: World, number: int, obj: PhysicalObject) -> float | None:
-    """The work of all forces without potential in the flight of ``obj`` that ends now, where the stepper finds it."""
-    if number < 0 or not world.batches[number].stepper.books_work:
-        return None
-    batch, places = world.batches[number], world.bodies.local[[obj._row]]
-    found = batch.stepper.running(batch.state, world.time, places)
-    return None if found is None else float(found[0])
 
 
 def take_work(world: World, batch: Batch, locals_: Sequence[int]) -> None:
@@ -84,9 +71,9 @@ def take_work(world: World, batch: Batch, locals_: Sequence[int]) -> None:
 
 def snapshot(world: World, batch: Batch, sources: BatchSources | None = None) -> dict[str, Array] | None:
     """The flights of a batch that end now, if work is to be booked over them, and over those to come under ``sources``."""
-    under_torque = twisted(batch)
+    under_torque = twisted(world, batch)
     if sources is not None:
-        under_torque = under_torque | sources.twists[batch.state.rows]
+        under_torque = under_torque | sources.working_twists[batch.state.rows]
     rows, bodies = batch.state.rows, world.bodies
     works = not batch.stepper.books_work and (
         batch.working is not None or bool(bodies.arrays["working"][:, rows].any())

@@ -176,7 +176,12 @@ def dependents(world: World, obj: PhysicalObject) -> list[PhysicalObject]:
 
     found: dict[PhysicalObject, None] = {}
     for law in world.mapping.laws(obj):
-        if isinstance(law, PairLaw) and law.enabled and not law.containers:
+        if (
+            isinstance(law, PairLaw)
+            and law.enabled
+            and not law.containers
+            and (not law.one_sided or law.side_of(obj) == 1)
+        ):
             for _, others in partners(world, law, obj):
                 found.update((other, None) for other in others if other is not obj and not immovable(other))
     return world.in_rank_order(found)

@@ -60,10 +60,20 @@ def spin_energy(orientation: Array, omega: Array, inertia: Array) -> Array:
     return found
 
 
-def twisted(batch: Batch) -> Any:
-    """Which rows of ``batch`` are under a torque: all that changes their energy of rotation."""
+def twisted(world: World, batch: Batch) -> Any:
+    """Which rows of ``batch`` are under a torque whose work is booked: all that changes their energy of rotation."""
     torque = batch.state.arrays.get("torque")
-    return np.zeros(batch.state.count, dtype=bool) if torque is None else torque.any(axis=0)
+    if torque is None:
+        return np.zeros(batch.state.count, dtype=bool)
+    return torque.any(axis=0) & working(world, batch)
+
+
+def working(world: World, batch: Batch) -> Any:
+    """Which rows of ``batch`` are under a torque that no potential stands for: stored, or of a law; where laws are not known yet, all."""
+    rows, sources = batch.state.rows, batch.sources
+    if sources is None:
+        return np.ones(len(rows), dtype=bool)
+    return sources.working_twists[rows] | world.bodies.arrays["torque"][:, rows].any(axis=0)
 
 
 def twist_label(batch: Batch) -> str:
@@ -202,18 +212,9 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
             found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
-            running = batch.stepper.running(batch.state, world.time, slice(None))
-            if running is not None:  # less that of stored forces, which is told above
-                way = shot["position"][:, rows] - bodies.arrays["position"][:, rows]
-                # Of rows that an event wrote at this instant it is booked, though their stepper may not know yet.
-                written = (bodies.clock[0, rows] == world.time[0]) & (bodies.clock[1, rows] == world.time[1])
-                found += [
-                    *np.where(written, 0.0, running).tolist(),
-                    *(-bodies.arrays["working"][:, rows] * way).ravel().tolist(),
-                ]
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()
-        turned = rows[twisted(batch)]
+        turned = rows[twisted(world, batch)]
         if len(turned):
             inertia = bodies.arrays["inertia"][:, turned]
             now = spin_energy(shot["orientation"][:, turned], shot["angular_velocity"][:, turned], inertia)

@@ -22,6 +22,7 @@ from xpheve.plan.hand_kernels import force_by_rows, formula_of, is_by_hand
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.pairs import CROWDED, PairSet, add_opposite
 from xpheve.steppers.contract import Array, Attraction, Rows, Signature
+from xpheve.trace.graph import walk
 from xpheve.trace.numpy_text import GraphFunction
 from xpheve.trace.recorder import trace_law
 from xpheve.trace.samples import parameters_of
@@ -297,6 +298,14 @@ def _jumps_of(law: ContinuousLaw, since: float) -> list[float]:
     return times
 
 
+def _is_of_orientation(law: ContinuousLaw) -> bool:
+    """Whether the potential of ``law`` depends on the orientation, so that it stands for the work of the torque."""
+    trace = formula_of(law)
+    if trace is None or trace.potential is None:
+        return False
+    return any(node.op == "input" and node.value.name == "orientation" for node in walk([trace.potential]))
+
+
 def volume_of(obj: PhysicalObject) -> float:
     """Volume [m^3] of the shape; NaN where there is none, or no end to it."""
     volume = math.nan if obj.shape is None else obj.shape.volume
@@ -380,9 +389,13 @@ class BatchSources:
         """Who acts on the batch and shares no potential energy with it; see `xpheve.plan.groups.Batch`."""
         self.rows: Rows = np.array([obj._row for obj in objects], dtype=np.int64)
         self.twists = np.zeros(bodies.capacity, dtype=bool)
+        self.working_twists = np.zeros(bodies.capacity, dtype=bool)
+        """Which rows a law turns that has a torque, and no potential of orientations."""
         for law, mask in self.fields:
             if law.defines("torque"):
                 self.twists |= mask
+                if not _is_of_orientation(law):
+                    self.working_twists |= mask
         self._program: Any = None
         self._motion: Any = None
         self.why_alone = ""
@@ -441,6 +454,8 @@ class BatchSources:
     @property
     def program(self) -> Any:
         """The loop of the batch; None if a law must be evaluated by itself."""
+        if len(self.suns):  # its loops know no time of day for what acts
+            return None
         held = self.held
         return None if held is None else held.program
 
@@ -466,12 +481,10 @@ class BatchSources:
         if self._program is None and not self.why_alone:
             from xpheve.plan.programs import BatchProgram, term_of
 
-            terms = {law: term_of(self.world, law) for law in self.laws}
+            terms = {law: self._term(term_of(self.world, law), law) for law in self.laws}
             alone = [law.label() for law, term in terms.items() if term is None]
             if len(self.hands):
                 self.why_alone = "objects that the host carries act on it"
-            elif len(self.suns):
-                self.why_alone = "objects that move act on it by one-sided laws"
             elif self.ring:
                 self.why_alone = "one-sided laws act from one of its objects on another"
             elif any(law.named is not None and pairs.count > LISTABLE for law, pairs in self.pairs):
@@ -489,6 +502,20 @@ class BatchSources:
 
         return attractions(self, rows)
 
+    def _term(self, term: Any, law: ContinuousLaw) -> Any:
+        """``term`` of ``law``; where sources move, what it does is booked as work."""
+        moved = isinstance(law, PairLaw) and law.one_sided and len(self.suns)
+        return term._replace(accounted=False) if term is not None and moved else term
+
+    @cached_property
+    def courses(self) -> Any:
+        """The `xpheve.plan.courses.Courses` of what moves and acts on the batch by one-sided laws; None if nothing does."""
+        if not len(self.suns):
+            return None
+        from xpheve.plan.courses import Courses
+
+        return Courses(self.world, self.suns)
+
     @property
     def motion(self) -> Any:
         """The `xpheve.plan.motions.Motion` of the batch, made when first asked for; None if laws must be evaluated one by one."""
@@ -498,6 +525,11 @@ class BatchSources:
             from xpheve.plan.motions import Motion
 
             self._motion = Motion(self)
+        return self._motion
+
+    @property
+    def made_motion(self) -> Any:
+        """The motion if it was made already; None else."""
         return self._motion
 
     def _try_kernels(self) -> None:
@@ -530,7 +562,7 @@ class BatchSources:
         """What acts on ``rows``, complete groups, as matrices; see `xpheve.plan.linear_form`."""
         from xpheve.plan.linear_form import form_of_rows
 
-        return form_of_rows(self.world, self.laws, rows)
+        return form_of_rows(self.world, self.laws, rows, self.sets)
 
     def is_made_from(self, law: ContinuousLaw, trace: Any) -> bool:
         """Whether these sources were made when ``law`` had ``trace``; of a law without one, nothing is known."""
@@ -624,7 +656,7 @@ class BatchSources:
         from xpheve.plan.flows import flow_all
 
         acting = [(law, mask) for law, mask in self.flows if law.enabled]
-        twisted = self.twists[rows] | self.world.bodies.arrays["torque"][:, rows].any(axis=0)
+        twisted = self.working_twists[rows] | self.world.bodies.arrays["torque"][:, rows].any(axis=0)
         return flow_all(self.world.evaluator, acting[::-1] if backwards else acting, rows, t, state, span, twisted)
 
     def _effect(self, law: ContinuousLaw, rows: Rows, t: Instant, state: dict[str, Array]) -> _Effect | None:

@@ -27,15 +27,35 @@ ORIGINS = {
 def loop_of(world: World, batch: Batch) -> dict[str, Any]:
     """How ``batch`` is run along the way, and why; empty texts where motion is in closed form."""
     sources = world.sources(batch)
-    if sources is None:
+    if sources is None or batch.choice.offers[batch.stepper.id].exact:
         return {"tier": "", "tier_because": "", "calls": "", "kernel": None}
+    if batch.stepper.driver and sources.motion is not None:
+        return _driven_by(world, batch, sources)
     tier, because = _tier(world, batch, sources)
     calls = "one step in a call, each law called by itself" if tier == ALONE else _calls(world, batch, sources)
-    kernel = None if tier == ALONE else sources.program.made(tier)
+    kernel = None if tier == ALONE or sources.program is None else sources.program.made(tier)
     told = (
         {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
     )
     return {"tier": tier, "tier_because": because, "calls": calls, "kernel": told}
+
+
+def _driven_by(world: World, batch: Batch, sources: BatchSources) -> dict[str, Any]:
+    """How the driver of ``batch`` runs."""
+    from xpheve.plan.motions import COMPILE_AFTER
+
+    motion, wish = sources.motion, world.compile
+    tier = world.tiers.get(batch.signature)
+    because = f'compile="{wish}"'
+    if wish == "auto":
+        after = "" if tier is not None else "; not run yet"
+        because = f"from {COMPILE_AFTER} evaluations of rows and pairs on it pays to compile{after}"
+    tier = tier or motion.tier(0)
+    kernel = motion.made(batch.stepper.driver, tier)
+    told = (
+        {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
+    )
+    return {"tier": tier, "tier_because": because, "calls": _calls(world, batch, sources), "kernel": told}
 
 
 def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
@@ -45,8 +65,10 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
         program = sources.program
     except XpheveError as error:
         return ALONE, str(error)
+    if program is None and sources._motion is not None and batch.signature in world.tiers:
+        return world.tiers[batch.signature], "what acts on it is followed as polynomials"
     if program is None:
-        return ALONE, sources.why_alone
+        return ALONE, sources.why_alone or "objects that move act on it by one-sided laws"
     ran = batch.state.numbers.get("steps", 0) > 0
     if ran and world.settings.dt is None:
         return ALONE, "steps follow the tolerances; with dt they are made in a loop"
@@ -119,6 +141,7 @@ def told_of(
         "tier": ", ".join(dict.fromkeys(own)),
         "switched": world.is_switched(law),
         "share": shares.get(law),
+        "summed": summed(world, law),
     }
     trace = _trace_of(law)
     if trace is None:
@@ -130,6 +153,17 @@ def told_of(
         "kind": nature.words(),
         "operations": nature.operations._asdict(),
     }
+
+
+def summed(world: World, law: ContinuousLaw) -> str:
+    """How the forces of ``law`` between many bodies are summed, with the error that was measured; empty where pair after pair is."""
+    found = []
+    for batch in world.batches:
+        sources = world.sources(batch) if batch.state.count and law in batch.laws else None
+        motion = None if sources is None else sources.made_motion
+        words = "" if motion is None else motion.sums().get(law, "")
+        found += [words] if words else []
+    return "; ".join(found)
 
 
 def _nature_of(law: ContinuousLaw, trace: Any) -> Any:
@@ -198,4 +232,6 @@ def law_lines(laws: list[dict[str, Any]]) -> list[str]:
         switched = "; switched by a number" if law["switched"] else ""
         lines.append(f"  {law['name'] or law['id']} [{law['tier']}]: reads {', '.join(law['reads']) or 'nothing'}")
         lines.append(f"    {law['kind']}{share}{switched}")
+        if law["summed"]:
+            lines.append(f"    sum: {law['summed']}")
     return ["", "laws along the way", *lines] if lines else []

@@ -142,7 +142,11 @@ def prove_flow(world: World, law: FlowLaw) -> None:
         still = flown(start, time, 0.0)[name]
         size = ALIKE * max(np.abs(once).max(), np.abs(start[name]).max())
         for other, target, what in (
-            (twice, once, f"flowing for {parts[0]} s and then for {parts[1]} s gives {{}}, for {span} s at once {{}}"),
+            (
+                twice,
+                once,
+                f"flowing for {parts[0]:g} s and then for {parts[1]:g} s gives {{}}, for {span:g} s at once {{}}",
+            ),
             (still, start[name], "flowing for 0 s gives {} of {}"),
         ):
             bad = np.flatnonzero((np.abs(other - target) > size).any(axis=0))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from xpheve.kernels.elliptic import Pair, pair_add
-from xpheve.kernels.kepler import inverse_square_rate
+from xpheve.kernels.kepler import inverse_square_rate as rate_of_numbers
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.steppers.contract import Attraction
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 ALIKE = 4
 """Units of the last place by which the accelerations of two bodies by stored forces may differ: what m g / m leaves of g."""
+
+inverse_square_rate = lru_cache(maxsize=4096)(rate_of_numbers)
+"""Many bodies are alike."""
 
 _PROOFS: WeakKeyDictionary[ContinuousLaw, tuple[Any, dict[str, Any], InverseSquare | Centre | None]] = (
     WeakKeyDictionary()
@@ -45,6 +49,12 @@ def why_not_two_bodies(world: World, group: Sequence[PhysicalObject]) -> str:
     laws = {law: None for obj in group for law in world.continuous_laws(obj)}
     places: set[Any] = set()
     for law in laws:
+        if isinstance(law, PairLaw) and law.one_sided:
+            targets = [obj for obj in group if law.side_of(obj) == 2]
+            if not targets:
+                continue
+            if len(group) > 1:
+                return f"{law.label()} acts on one of two that belong together"
         found = proof_of(law)
         if found is None:
             return f"{law.label()} is not proven to fall with the square of the distance"
@@ -56,8 +66,10 @@ def why_not_two_bodies(world: World, group: Sequence[PhysicalObject]) -> str:
     if len(places) != 1:
         return "nothing attracts" if not places else "more than one place attracts"
     (other,) = places
-    if not isinstance(other, tuple) and (other._driven or (len(group) == 1 and not other._fixed)):
+    if not isinstance(other, tuple) and other._driven:
         return "the host moves a body"
+    if not isinstance(other, tuple) and len(group) == 1 and not other._fixed:
+        return "what attracts moves, and feels nothing of it"
     return "" if _forced_alike(world, group) else "stored forces accelerate the bodies differently"
 
 
@@ -85,6 +97,10 @@ def _places(
     others: set[PhysicalObject] = set()
     for obj in group:
         if obj not in world.mapping.objects(law):
+            continue
+        if law.one_sided:
+            assert law.between is not None
+            others.update(other for other in law.between[0] if other in world.mapping.objects(law))
             continue
         for _, joined in partners(world, law, obj):
             others.update(other for other in joined if other is not obj)
@@ -125,11 +141,14 @@ def attractions(sources: BatchSources, rows: Iterable[int]) -> dict[int, Attract
         near = np.isin(left, wanted) | np.isin(right, wanted)
         for a, b in zip(left[near].tolist(), right[near].tolist(), strict=True):
             if not isinstance(proof, InverseSquare) or proof.softening != 0.0:
-                torn.update((a, b))
+                torn.update((b,) if law.one_sided else (a, b))
                 continue
             mu = _rate_of_pair(sources.world, law, proof, a, b)
-            _note(found, torn, a, _attraction(sources.world, b, mu, law))
             _note(found, torn, b, _attraction(sources.world, a, mu, law))
+            if law.one_sided:
+                torn.update([] if sources.world.bodies.objects[a]._fixed else [b])
+            else:
+                _note(found, torn, a, _attraction(sources.world, b, mu, law))
     for field, mask in sources.fields:
         proof = proof_of(field)
         for row in wanted[mask[wanted]].tolist():
@@ -137,7 +156,7 @@ def attractions(sources: BatchSources, rows: Iterable[int]) -> dict[int, Attract
                 torn.add(row)
                 continue
             mu = _rate_of_centre(sources.world, field, proof, row)
-            _note(found, torn, row, Attraction(-1, proof.place, mu, field.label()))
+            _note(found, torn, row, Attraction(-1, proof.place, mu, field.label(), field))
     return {row: found[row] for row in wanted.tolist() if row in found and row not in torn}
 
 
@@ -155,8 +174,8 @@ def _note(found: dict[int, Attraction], torn: set[int], row: int, one: Attractio
 def _attraction(world: World, row: int, mu: Pair, law: PairLaw) -> Attraction:
     """That of the object in ``row``."""
     if not world.bodies.objects[row]._fixed:
-        return Attraction(row, (0.0, 0.0, 0.0), mu, law.label())
-    return Attraction(-1, world.bodies.get("position", row), mu, law.label())  # type: ignore[arg-type]
+        return Attraction(row, (0.0, 0.0, 0.0), mu, law.label(), law)
+    return Attraction(-1, world.bodies.get("position", row), mu, law.label(), law)  # type: ignore[arg-type]
 
 
 def _rate_of_pair(world: World, law: PairLaw, proof: InverseSquare, a: int, b: int) -> Pair:

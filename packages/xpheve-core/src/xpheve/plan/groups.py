@@ -156,7 +156,7 @@ def partners(world: World, law: PairLaw, obj: PhysicalObject) -> list[tuple[int,
     side = law.side_of(obj)
     if side & 1:
         found.append((1, [other for other in those if other in mapped]))
-    if side & 2 and not law.one_sided:
+    if side & 2:
         found.append((2, [other for other in these if other in mapped]))
     return found
 
@@ -179,7 +179,7 @@ def targets_of(world: World, obj: PhysicalObject, spent: set[PairLaw] | None = N
     for law in world.mapping.laws(obj):
         if not (isinstance(law, PairLaw) and law.one_sided and law.enabled and not law.containers):
             continue
-        if spent is not None and (law in spent or law.side_of(obj) != 1):
+        if law.side_of(obj) != 1 or (spent is not None and law in spent):
             continue
         for _, others in partners(world, law, obj):
             found.update((other, None) for other in others if not immovable(other))
@@ -257,9 +257,7 @@ def level_of(world: World, group: Sequence[PhysicalObject], known: dict[PairLaw,
     return level
 
 
-def signature_of(
-    world: World, group: Sequence[PhysicalObject], known: dict[PairLaw, int] | None = None
-) -> Signature:
+def signature_of(world: World, group: Sequence[PhysicalObject], known: dict[PairLaw, int] | None = None) -> Signature:
     """What the laws and torques of ``group`` ask of a stepper; ``known``: see `level_of`."""
     if group[0]._driven:
         return Signature((), "none", driven=True)
@@ -276,7 +274,8 @@ def signature_of(
     facts = facts_of(world, tuple(ordered))
     fixed = world.settings.dt is not None
     heard = contacts_concern(world, group)
-    form = form_of(world, group, laws, torque, heard)
+    ring = in_itself(group, laws)
+    form = "general" if level or ring else form_of(world, group, laws, torque, heard)
     stiff = form == "general" and not fixed and not heard and facts.traced and bool(laws) and is_stiff(world, group)
     return Signature(
         labels,
@@ -285,7 +284,7 @@ def signature_of(
         form=form,
         reads=facts.reads,
         conservative=facts.conservative and level == 0,
-        traced=facts.traced and not moved_by_hand(world, laws) and level == 0,
+        traced=facts.traced and not moved_by_hand(world, laws) and not ring and (level == 0 or followed(ordered)),
         near=facts.near,
         stiff=stiff,
         fixed_step=fixed,
@@ -324,8 +323,24 @@ def facts_of(world: World, laws: tuple[ContinuousLaw, ...]) -> Facts:
     return found
 
 
+def in_itself(group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw]) -> bool:
+    """Whether a one-sided law lets one of ``group`` act on another of it."""
+    sided = [law for law in laws if isinstance(law, PairLaw) and law.one_sided]
+    return any(law.side_of(obj) == 1 for law in sided for obj in group)
+
+
+def followed(laws: Iterable[ContinuousLaw]) -> bool:
+    """Whether one-sided laws read of their sources only what is followed along the way: places and velocities."""
+    sided = [law for law in laws if isinstance(law, PairLaw) and law.one_sided]
+    traces = [formula_of(law) for law in sided]
+    return not any(trace is None or trace.reads & {"orientation", "angular_velocity"} for trace in traces)
+
+
 def moved_by_hand(world: World, laws: Iterable[ContinuousLaw]) -> bool:
     """Whether driven objects act through one of ``laws`` between two objects."""
+    bodies = world.bodies
+    if not bodies.driven[: bodies.count].any():
+        return False
     return any(obj._driven for law in laws if isinstance(law, PairLaw) for obj in world.mapping.objects(law))
 
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
+from xpheve.plan.affine import AffineLaw, affine_law, evaluated
 from xpheve.plan.driven import immovable
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
 from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Rows
 from xpheve.steppers.linear_form import Couplings, LinearForm, turns
 from xpheve.steppers.wide import Wide, wide
-from xpheve.trace.affine import AffineLaw, affine_law, evaluated
 from xpheve.trace.graph import Input, walk
 
 if TYPE_CHECKING:
@@ -36,10 +36,13 @@ def linear_form(world: World, group: Sequence[PhysicalObject]) -> LinearForm | N
 
 def is_linear(world: World, group: Sequence[PhysicalObject], laws: Iterable[ContinuousLaw]) -> bool:
     """Whether the forces of ``laws`` on ``group`` are affine in places and velocities, with numbers that stay."""
-    crosses = False
-    pairs = False
+    points = not any(any(obj.inertia) for obj in group)
+    crosses = pairs = False
     for law in laws:
-        found = affine_of(world, law)
+        key = law, points
+        if key not in world.affine:
+            world.affine[key] = affine_of(world, law, points)
+        found = world.affine[key]
         if found is None:
             return False
         crosses |= found.crosses
@@ -50,16 +53,22 @@ def is_linear(world: World, group: Sequence[PhysicalObject], laws: Iterable[Cont
     return (3 if crosses else 1) * len(group) <= LARGEST
 
 
-def affine_of(world: World, law: ContinuousLaw) -> AffineLaw | None:
-    """``law`` as an affine one, if it is for all its objects and at all times."""
+def affine_of(world: World, law: ContinuousLaw, points: bool) -> AffineLaw | None:
+    """``law`` as an affine one, if it is at all times; of objects that are ``points``, without inertia, or others."""
     trace = formula_of(law)
     if trace is None or is_by_hand(law) or law.defines("jumps"):
         return None
-    members = world.mapping.objects(law)
-    if isinstance(law, PairLaw) and (math.isfinite(law.reach()) or any(obj._driven for obj in members)):
+    if isinstance(law, PairLaw) and (math.isfinite(law.reach()) or _is_moved_by_others(world, law)):
         return None
-    points = law.defines("torque") and not any(any(obj.inertia) for obj in members if not immovable(obj))
-    return affine_law(law, trace, points)
+    return affine_law(law, trace, points and law.defines("torque"))
+
+
+def _is_moved_by_others(world: World, law: PairLaw) -> bool:
+    """Whether what moves of itself, or by the host, acts through ``law`` on others that do not act on it."""
+    for obj in world.mapping.objects(law):
+        if obj._driven or (law.one_sided and not law.moves(obj) and not immovable(obj)):
+            return True
+    return False
 
 
 def _laws_of(world: World, group: Iterable[PhysicalObject]) -> list[ContinuousLaw]:
@@ -67,18 +76,24 @@ def _laws_of(world: World, group: Iterable[PhysicalObject]) -> list[ContinuousLa
     return [law for law in world.ordered_laws(found) if isinstance(law, ContinuousLaw)]
 
 
-def form_of_rows(world: World, laws: Sequence[ContinuousLaw], rows: Rows) -> LinearForm:
-    """The form of ``rows``, each with all others of its group; ``laws`` are affine, and those that are off do nothing."""
+def form_of_rows(
+    world: World, laws: Sequence[ContinuousLaw], rows: Rows, sets: Mapping[PairLaw, PairSet] | None = None
+) -> LinearForm:
+    """The form of ``rows``, each with all others of its group; ``laws`` are affine, and those that are off do nothing.
+
+    ``sets`` are the pairs of pair laws, where they are known.
+    """
     maker = _Maker(world, rows)
+    points = not world.bodies.arrays["inertia"][:, rows].any()
     for law in laws:
         if not law.enabled:
             continue
-        affine = affine_of(world, law)
+        affine = affine_of(world, law, points)
         assert affine is not None, f"{law.label()} is not affine"
         if isinstance(law, FieldLaw):
             maker.field(law, affine)
         elif isinstance(law, PairLaw):
-            maker.pair(law, affine)
+            maker.pair(law, affine, (sets or {}).get(law))
     return maker.made()
 
 
@@ -98,24 +113,42 @@ class _Maker:
     def made(self) -> LinearForm:
         mass = self.world.bodies.arrays["mass"][0, self.rows]
         return LinearForm(
-            self.rows, mass, self.stiffness, self.damping, self.constant, self.held, self.kept, self.couplings, self.works
+            self.rows,
+            mass,
+            self.stiffness,
+            self.damping,
+            self.constant,
+            self.held,
+            self.kept,
+            self.couplings,
+            self.works,
         )
 
     def field(self, law: FieldLaw, affine: AffineLaw) -> None:
         """A law on single objects."""
-        members = np.array([obj._row for obj in self.world.mapping.objects(law)], dtype=np.int64)
-        which = np.sort(self.place[members])
-        which = which[which >= 0]
+        which = self._under(law)
         if len(which):
             slopes, force = self._numbers(law, affine, {"": self.rows[which]})
             self._add(law, which, slopes.get(("", "position")), slopes.get(("", "velocity")), force)
         self.works |= not law.defines("potential")
 
-    def pair(self, law: PairLaw, affine: AffineLaw) -> None:
+    def _under(self, law: FieldLaw) -> Rows:
+        """Places of the rows that obey ``law``."""
+        members = self.world.mapping.objects(law)
+        if len(self.rows) < len(members):
+            objects = self.world.bodies.objects
+            mine = [k for k, row in enumerate(self.rows.tolist()) if objects[row] in members]
+            return np.array(mine, dtype=np.int64)
+        which = np.sort(self.place[np.array([obj._row for obj in members], dtype=np.int64)])
+        return which[which >= 0]
+
+    def pair(self, law: PairLaw, affine: AffineLaw, pairs: PairSet | None) -> None:
         """A law between two: on ``a`` as it is, on ``b`` its opposite; what does not move is a part of the constant."""
         world = self.world
-        members = world.in_rank_order(world.mapping.objects(law))
-        a, b = PairSet(law, members, [immovable(obj) for obj in members]).every()
+        if pairs is None:
+            members = world.in_rank_order(world.mapping.objects(law))
+            pairs = PairSet(law, members, [immovable(obj) for obj in members])
+        a, b = pairs.every()
         ours = (self.place[a] >= 0) | (self.place[b] >= 0)
         a, b = a[ours], b[ours]
         self.works |= not law.defines("potential")
@@ -136,13 +169,10 @@ class _Maker:
         both = (self.place[a] >= 0) & (self.place[b] >= 0)
         for one, other, side, sign in ((a, b, "b", 1.0), (b, a, "a", -1.0)):
             cross = [slopes.get((side, name)) for name in ("position", "velocity")]
-            parts = [
-                Wide(np.zeros((3, 3, int(both.sum())))) if part is None else part[:, :, both].scaled(sign)
-                for part in cross
-            ]
-            self.couplings.append(
-                Couplings(self.place[one[both]], self.place[other[both]], parts[0], parts[1], law.defines("potential"))
-            )
+            none = Wide(np.zeros((3, 3, int(both.sum()))))
+            stiff, damp = (none if part is None else part[:, :, both].scaled(sign) for part in cross)
+            places = self.place[one[both]], self.place[other[both]]
+            self.couplings.append(Couplings(*places, stiff, damp, law.defines("potential")))
 
     def _numbers(
         self, law: ContinuousLaw, affine: AffineLaw, sides: dict[str, Rows]
@@ -165,7 +195,11 @@ class _Maker:
         for k, key in enumerate(affine.slopes):
             slopes[key] = _grouped([found[9 * k + 3 * i : 9 * k + 3 * i + 3] for i in range(3)])
         force = found[9 * len(affine.slopes) :]
-        return slopes, Wide(np.array([one.high for one in force]), np.array([one.low for one in force]))
+        full = Wide(np.array([one.high for one in force]), np.array([one.low for one in force]))
+        whole = full.high + sum(one.high.sum(axis=1) for one in slopes.values())
+        self.world.evaluator.finite(law, "force", whole, next(iter(sides.values())), time)
+        law.evaluations += 1
+        return slopes, full
 
     @staticmethod
     def _unread(name: str) -> Any:

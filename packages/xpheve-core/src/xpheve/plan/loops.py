@@ -13,7 +13,7 @@ from xpheve.laws import ContinuousLaw, PairLaw
 from xpheve.plan import books
 from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import BatchSources
-from xpheve.plan.groups import Batch
+from xpheve.plan.groups import Batch, form_of
 from xpheve.plan.hand_kernels import formula_of
 
 if TYPE_CHECKING:
@@ -77,11 +77,23 @@ def renew(world: World, law: ContinuousLaw, linked_again: bool = False) -> None:
             continue
         if linked_again:
             batch.sources = None
+        if _has_other_form(world, batch):
+            for row in batch.state.rows.tolist():
+                world.mark(world.bodies.objects[row])
+            continue
         sources = world.sources(batch)
         assert sources is not None
         sources.renew()
         if batch.stepper.covered(batch.state) > world.time:
             _restart_batch(world, batch)
+
+
+def _has_other_form(world: World, batch: Batch) -> bool:
+    """Whether what was proved of the forces on ``batch`` does not hold any more, or more does."""
+    world.affine.clear()
+    group = world.group_of(world.bodies.objects[int(batch.state.rows[0])])
+    laws = {law: None for obj in group for law in world.continuous_laws(obj)}
+    return form_of(world, group, laws, batch.signature.torque, batch.signature.contacts) != batch.signature.form
 
 
 def _restart_batch(world: World, batch: Batch) -> None:
@@ -99,7 +111,13 @@ def _restart_batch(world: World, batch: Batch) -> None:
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
     """How many host steps ``batch`` may make at once from ``begin``: until ``need``, the next jump of a force, or a pause for breath."""
-    if world.settings.dt is None or world.grid is None or len(sources.hands) or not stands_still(world, batch) or is_heard(world, batch):
+    if (
+        world.settings.dt is None
+        or world.grid is None
+        or len(sources.hands)
+        or not stands_still(world, batch)
+        or is_heard(world, batch)
+    ):
         return 1
     from xpheve.plan.tiers import cost_of_step
 
@@ -117,6 +135,26 @@ def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Inst
     while steps > 1 and end != need and multiple(origin, number + steps, dt) > end:
         steps -= 1
     return max(1, steps)
+
+
+def follow_sources(
+    world: World, batch: Batch, sources: BatchSources, begin: Instant, wall: Instant, steps: int
+) -> tuple[int, Instant]:
+    """How many of ``steps`` ``batch`` may make, and where it must stop, because what acts on it is followed so far only in its loop."""
+    if sources.courses is None or sources.held is None or not batch.stepper.loops:
+        return steps, wall
+    if world.settings.dt is None:
+        return steps, sources.courses.reach(begin, wall, begin)
+    if steps <= 1:
+        sources.courses.reach(begin, wall, wall)
+        return 1, wall
+    assert world.grid is not None
+    origin, dt, _ = world.grid
+    number = number_at(world, begin)
+    known = sources.courses.reach(begin, multiple(origin, number + steps, dt), multiple(origin, number + 1, dt))
+    while steps > 1 and multiple(origin, number + steps, dt) > known:
+        steps = max(1, min(steps - 1, int(elapsed(known, begin) / dt)))  # `known` is past the first step
+    return steps, wall
 
 
 def stands_still(world: World, batch: Batch) -> bool:

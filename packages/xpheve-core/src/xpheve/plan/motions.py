@@ -11,7 +11,18 @@ from xpheve.errors import LawFailedError
 from xpheve.kernels import tree
 from xpheve.kernels.clock import Instant
 from xpheve.loop.fields import PARAMETERS
-from xpheve.loop.long_range import TILES, TOLD, TREE, TREE_PARAMETERS, how_to_sum, scratch, told, tree_numbers, work_of
+from xpheve.loop.long_range import (
+    TILES,
+    TOLD,
+    TREE,
+    TREE_PARAMETERS,
+    how_to_sum,
+    scratch,
+    told,
+    tree_numbers,
+    why_no_tree,
+    work_of,
+)
 from xpheve.loop.motion import PLACES, MotionText
 from xpheve.loop.program import COMPILED, INTERPRETED, values_of
 from xpheve.loop.terms import slot_of
@@ -31,6 +42,10 @@ EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
 FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
+
+
+STEADY = "core:symplectic"
+"""How the ids of steppers begin that bear a tree's error; where none was asked for, steps of a given length are such a one's, too."""
 
 
 class Motion:
@@ -58,6 +73,8 @@ class Motion:
         turning = turning or bool(bodies.arrays["torque"][:, own].any())
         stored_work = bool(bodies.arrays["working"][:, own].any())
         kinds = list(dict.fromkeys(one.terms for one in self.segments))
+        self.courses = sources.courses
+        self._followed = -1
         self._given: list[dict[str, Any]] | None = None
         self._found: list[str] = []
         self._hows = self._ways()
@@ -66,7 +83,7 @@ class Motion:
         ]
         proven = {number: self._proven(number) for number, how in enumerate(self._hows) if how == TREE}
         charges = {number: one.charge for number, one in proven.items() if one is not None}
-        self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges)
+        self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges, self.courses is not None)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
         self.moving, self.rows = len(own), len(own) + len(self.held.sources)
@@ -105,7 +122,13 @@ class Motion:
         return self._found
 
     def _ways_of(self) -> list[str]:
-        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0]) for one in self.couples]
+        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+
+    @property
+    def _steady(self) -> bool:
+        """Whether steps have a given length, and nothing is solved in them: `xpheve.loop.long_range.why_no_tree`."""
+        signature = self.sources.signature
+        return signature.wish.startswith(STEADY) or (signature.fixed_step and not signature.wish)
 
     def _proven(self, number: int) -> InverseSquare | None:
         one = self.couples[number]
@@ -127,6 +150,8 @@ class Motion:
                 words[one.laws[0]] = f"{count} bodies by a tree, error {allowed:g} allowed: {measured}"
             elif how == TILES:
                 words[one.laws[0]] = f"all pairs of {count} bodies, by tiles"
+                if one.laws[0].allowed_error() > 0.0:
+                    words[one.laws[0]] += f": {why_no_tree(count, one.term, one.laws[0], self._steady)}"
         return words
 
     # Numbers
@@ -134,6 +159,7 @@ class Motion:
     def forget(self) -> None:
         """Parameters, masses or stored forces may be others."""
         self._floats: list[Array] | None = None
+        self._followed = -1
 
     def _whole_numbers(self) -> list[Any]:
         """Counts, segments and lists of pairs; where the parameters of each instance lie."""
@@ -142,7 +168,8 @@ class Motion:
         for kind, one in zip(self._kinds, self.segments, strict=True):
             segments += [kind, one.first, one.last, at]
             at += sum(term.size for term in one.terms)
-        counts = [len(self.segments), self.rows, self.moving, 0]
+        suns = 0 if self.courses is None else len(self.courses.rows)
+        counts = [len(self.segments), self.rows, self.moving, suns]
         lists = []
         self._own: list[Array] = []
         for couples, how in zip(self.couples, self._hows, strict=True):
@@ -239,6 +266,10 @@ class Motion:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
             room = np.zeros(scratch(self.text.terms))
             self._floats = [self._parameters(), tables, self._constants(), np.zeros(1), room, *self._own]
+        if self.courses is not None and self.courses.changes != self._followed:
+            self._followed = self.courses.changes
+            places = {int(row): self.moving + k for k, row in enumerate(self.held.sources.tolist())}
+            self._floats[4 - 1] = self.courses.numbers(places)
         whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
         try:
             found = self._kernel(driver, tier)([s, *self._floats], whole)
@@ -249,6 +280,10 @@ class Motion:
                 law.evaluations += int(d[EVALUATIONS]) - before
         self.world.tiers[self.sources.signature] = tier
         return found
+
+    def made(self, driver: str, tier: str) -> Any:
+        """The kernel of ``driver`` in ``tier`` if it was made already; None else."""
+        return self._kernels.get((driver, tier))
 
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""

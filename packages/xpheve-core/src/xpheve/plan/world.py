@@ -110,12 +110,14 @@ class World:
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
         self.compile = "auto"
-        self.told: set[Signature] = set()
-        """Whose steps were found too long, and warned of."""
+        self.looked_at: set[tuple[Signature, float]] = set()
+        """Of whom it is known whether host steps of that length [s] resolve the forces."""
         self.wish = ""
         """The id of the stepper that the user asked for, where it offers."""
         self.facts: dict[Any, Facts] = {}
         """What sets of laws have in common, by their traces."""
+        self.affine: dict[tuple[ContinuousLaw, bool], Any] = {}
+        """Laws as affine ones, for a plan: forgotten when the next is made."""
         self.tiers: dict[Signature, str] = {}
         """How the loops of each signature run, chosen from the scene when they first do."""
         self.switches: dict[PhysicalLaw, int] = {}
@@ -287,7 +289,12 @@ class World:
                     moved.setdefault(int(bodies.batch[other._row]), {})[other._row] = None
             if number >= 0 and (torque_of(self, obj) != self._torque_served(obj, number) or form_changed(self, obj)):
                 transaction.replan[obj] = None
-            if number >= 0 and self._parts(obj, number):
+            bent = (
+                number >= 0
+                and self.batches[number].signature.form == "linear"
+                and (obj, "inertia") in transaction.written
+            )
+            if bent or (number >= 0 and self._parts(obj, number)):
                 transaction.replan[obj] = None
                 continue
             by_batch.setdefault(number, []).append(obj._row)
@@ -402,14 +409,17 @@ class World:
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
-            wall = min([sources.wall(begin, wall), *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
+            wall = sources.wall(begin, wall)
+            if batch.signature.level:
+                wall = min([wall, *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
+                steps, wall = loops.follow_sources(self, batch, sources, begin, wall, steps)
         if steps > 1:
             assert self.grid is not None
             grid = Grid(self.grid[0], self.grid[1], loops.number_at(self, begin))
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
             go = batch.stepper.advance if sources is None or loops.is_heard(self, batch) else batch.stepper.leap
-            stop = go(batch.state, self.bodies, need, wall, self.settings, sources)
+            stop = go(batch.state, self.bodies, min(need, wall), wall, self.settings, sources)
         books.after_step(self, batch, before)
         self.time = max(self.time, begin)
         if len(stop.rows):
@@ -432,7 +442,9 @@ class World:
         """Whether objects of ``batch`` act on another batch by one-sided laws."""
         level = batch.signature.level
         return any(
-            batch in self.acting_on(other) for other in self.batches if other.signature.level > level and other.state.count
+            batch in self.acting_on(other)
+            for other in self.batches
+            if other.signature.level > level and other.state.count
         )
 
     def tier_of(self, sources: BatchSources) -> str:
@@ -695,6 +707,7 @@ class World:
     def _regroup(self, objects: list[PhysicalObject]) -> list[PhysicalObject]:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
+        self.affine.clear()
         levels: dict[PairLaw, int] = {}
         by_signature: dict[Signature, list[PhysicalObject]] = {}
         done: set[PhysicalObject] = set()

@@ -39,6 +39,7 @@ class Adaptive(Smooth):
     id: ClassVar[str] = "core:adaptive"
     promise: ClassVar[str] = "Gauss-Radau 15: to tolerances, at 1e-13 and less to the limit of rounding"
     books_work: ClassVar[bool] = True
+    driver: ClassVar[str] = "radau15"
     parts: ClassVar[bool] = True
 
     def offer(self, signature: Signature) -> Offer | Refusal:
@@ -51,7 +52,7 @@ class Adaptive(Smooth):
         return Refusal(reason) if reason else Offer(15.0, 100.0, False)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
-        arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "gain": 1, "power": TERMS}
+        arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "gain": 1, "power": TERMS, "stored": 3}
         counts = {"steps": 0.0, "refused": 0.0, "passes": 0.0, "evaluations": 0.0}
         state = self.new_state(arrays, {"base": t[0], "offset": t[1], "span": 0.0, "next": 0.0} | counts)
         self.join(state, rows, bodies, t)
@@ -176,6 +177,7 @@ class Adaptive(Smooth):
         numbers["refused"], numbers["passes"] = float(d[driver.REFUSED]), float(d[driver.PASSES])
         numbers["turning"] = 1.0 if motion.turning else 0.0
         rows = state.where
+        state.arrays["stored"][...] = bodies.arrays["working"][:, rows]
         bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows] = path[0, :3], path[2, :3]
         bodies.clock[0, rows], bodies.clock[1, rows] = numbers["base"], numbers["offset"]
         if motion.turning:
@@ -216,7 +218,7 @@ class Adaptive(Smooth):
         q, _, rate, _ = self._within(state, t, places, 3, 7)
         return _turning(q, rate)
 
-    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
         numbers, power = state.numbers, state.arrays["power"][:, places]
         total = np.zeros(power.shape[1])
         if not numbers["span"] > 0.0:
@@ -224,7 +226,17 @@ class Adaptive(Smooth):
         once, _ = series_weights(elapsed(t, (numbers["base"], numbers["offset"])) / numbers["span"])
         for k in range(TERMS):
             total = total + once[k] * power[k]
-        found: Array = numbers["span"] * total
+        return numbers["span"] * total - self._stored_work(state, bodies, t, places)
+
+    def _stored_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
+        """Work [J] of the stored forces without potential over the present step until ``t``, which core tells itself."""
+        assert isinstance(state, FlightState)
+        force = state.arrays["stored"][:, places]
+        if not force.any():
+            return np.zeros(force.shape[1])
+        begin = state.arrays["path"].reshape(KEPT, -1, state.count)[0, :3, places]
+        way = self.curve(state, bodies, t, places)[0] - begin.reshape(3, -1)
+        found: Array = force[0] * way[0] + force[1] * way[1] + force[2] * way[2]
         return found
 
     # Events
@@ -246,10 +258,10 @@ class Adaptive(Smooth):
             path = np.zeros((KEPT, parts, state.count))
             path[:4] = self._within(state, t, slice(None), 0, parts)
             rows, arrays = state.rows, state.arrays
-            behind = np.flatnonzero((bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1]))  # not written
-            total, rest = arrays["work"][0, behind], arrays["work_rest"][0, behind]
-            total, rest = _two_sums(total, rest + self.running(state, t, behind))
-            arrays["work"][0, behind], arrays["work_rest"][0, behind] = total, rest
+            joules = self.running_work(state, bodies, t, slice(None))
+            behind = (bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1])  # of others core books it
+            joules += np.where(behind, self._stored_work(state, bodies, t, slice(None)), 0.0)
+            arrays["work"][0], arrays["work_rest"][0] = _two_sums(arrays["work"][0], joules + arrays["work_rest"][0])
             self.rebase(state, bodies, slice(None), t)
             state.arrays["path"] = path.reshape(-1, state.count)
             state.arrays["power"][...] = 0.0

@@ -134,12 +134,15 @@ class Attraction(NamedTuple):
         [m^3/s^2], as a pair of floats; below 0 if it repels.
     laws
         Labels of the laws.
+    law
+        The first of them, to be named where it fails.
     """
 
     row: int
     place: Vec
     mu: tuple[float, float]
     laws: str
+    law: Any
 
 
 class Grid(NamedTuple):
@@ -280,8 +283,12 @@ class Stepper(ABC):
     books_work: ClassVar[bool] = False
     """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
     on each row over the flights that are over."""
+    driver: ClassVar[str] = ""
+    """The driver (`xpheve.loop.drivers`) that makes its steps; empty if it has none."""
     limit: ClassVar[float] = 2.0
     """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
+    loops: ClassVar[bool] = True
+    """Whether it runs the forces of `Sources.motion` along the way, so that moving sources are followed for it as polynomials."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
@@ -386,14 +393,6 @@ class Stepper(ABC):
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
         return NEVER
-
-    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
-        """Work [J], (places), that all forces without potential, stored ones too, did at ``t`` in the flights under way.
-
-        None where flights are parabolas under ``state.arrays["working"]``, from which core finds it. Of rows that an event has written since,
-        it is that until ``t`` as if it had not, until `changed`.
-        """
-        return None
 
 
 class ContactServer(ABC):

@@ -61,10 +61,13 @@ class FlightState(State):
         self.turns: dict[int, tuple[Any, tuple[float, ...]]] = {}
         """By serial number: the state at the base, and the constants of the free rotation through it."""
         self.facts: _Facts | None = None
+        self.made: dict[str, Any] = {}
+        """What a stepper made of its arrays, for reads: forgotten when rows come, go or change places."""
 
     def locate(self) -> None:
         super().locate()
         self.facts = None
+        self.made.clear()
 
 
 class FlightStepper(Stepper):

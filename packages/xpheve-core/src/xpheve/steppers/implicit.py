@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -26,19 +27,23 @@ from xpheve.steppers.contract import (
     Stop,
 )
 from xpheve.steppers.flights import FlightState, spans_since
+from xpheve.steppers.midpoint import two_sums
 from xpheve.steppers.smooth import Smooth
 
 DRIVER = "implicit"  # of xpheve.loop.drivers
 MOST_STAGES = radau_tables.STAGES[-1]
 TOGETHER = 1000
 """Most objects of one group: their matrices are dense, 9 of 9 numbers a pair of objects, which is 650 MB here."""
-LOOSE, TIGHT = 1e-4, 1e-8
-"""Relative tolerances above which steps have 3 stages or more, and up to which 7; 5 or more between. So van der Pol's oscillator and Robertson's
+LOOSE, TIGHT = 1e-3, 1e-6
+"""Relative tolerances from which on steps have 3 stages or more, and up to which 7; 5 or more between. So van der Pol's oscillator and Robertson's
 reaction cost least."""
+EXACT = 1e-12, 1e-15
+"""To what the equations of steps of a given length are solved."""
 
-ARRAYS = {"end": 12, "curve": 3 * MOST_STAGES, "work": 1, "work_rest": 1, "gain": 1, "power": MOST_STAGES}
-"""What a row keeps: place, velocity and what rounding lost of them at the end of the step under way; the coefficients of theta, theta^2, ...
-of what its velocity gains in it; the work of forces without potential before that step, of the whole step, and its coefficients."""
+ARRAYS = {"end": 12, "from": 3, "curve": 3 * MOST_STAGES, "work": 1, "work_rest": 1, "gain": 1, "power": MOST_STAGES}
+"""What a row keeps: place, velocity and what rounding lost of them at the end of the step under way; the place where that begins; the coefficients
+of theta, theta^2, ... of what its velocity gains in it; the work of forces without potential before it; that of the laws in the whole of it, and its
+coefficients."""
 KEPT = {
     "next": at.NEXT, "last": at.LAST, "before": at.BEFORE, "before_error": at.BEFORE_ERROR, "theta": at.THETA, "rate": at.RATE,
 }  # fmt: skip
@@ -61,7 +66,9 @@ class Implicit(Smooth):
     id: ClassVar[str] = "core:implicit"
     promise: ClassVar[str] = "L-stable, order 5 to 13, for stiff forces"
     books_work: ClassVar[bool] = True
+    driver: ClassVar[str] = DRIVER
     parts: ClassVar[bool] = True
+    limit: ClassVar[float] = math.inf
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         reason = self.refusal(signature)
@@ -112,11 +119,10 @@ class Implicit(Smooth):
             way = (way + q[3 * k : 3 * k + 3] / (k + 2)) * theta
         return x + (span * v + span * way), v + gain
 
-    def running(self, state: State, t: Instant, places: slice | Rows) -> Array | None:
+    def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
         arrays = state.arrays
         if t == self.covered(state):
-            found: Array = arrays["gain"][0, places]
-            return found
+            return arrays["gain"][0, places].copy()
         since, power, h = arrays["since"][:, places], arrays["power"][:, places], state.numbers["last"]
         total = np.zeros(power.shape[1])
         if h > 0.0:
@@ -173,12 +179,12 @@ class Implicit(Smooth):
         numbers = state.numbers
         fixed = settings.dt is not None
         held = motion.buffers.get(DRIVER) or motion.buffers.setdefault(DRIVER, _Buffers(motion))
-        held.load(state, motion, begin)
+        held.load(state, motion, begin, bodies)
         s, d = held.s, held.d
         s[at.NEED : at.NEED + 2], s[at.WALL : at.WALL + 2] = need, wall
-        s[at.RTOL], s[at.ATOL] = settings.rtol, settings.atol
+        s[at.RTOL], s[at.ATOL] = EXACT if fixed else (settings.rtol, settings.atol)
         d[at.ONCE], d[at.FIXED] = int(once and not fixed), int(fixed)
-        least = 3 if fixed or settings.rtol > LOOSE else 5 if settings.rtol > TIGHT else MOST_STAGES
+        least = 3 if fixed or settings.rtol >= LOOSE else 5 if settings.rtol > TIGHT else MOST_STAGES
         d[at.LEAST], d[at.MOST] = least, least if fixed else MOST_STAGES
         d[at.STAGES] = min(max(d[at.STAGES], least), d[at.MOST])
         s[at.GRID] = 0.0
@@ -207,6 +213,7 @@ class Implicit(Smooth):
         bodies.clock[0, rows], bodies.clock[1, rows] = s[at.BEGIN : at.BEGIN + 2]
         ends = [motion.unpack(held.vector(place)) for place in (at.X, at.V, at.X_REST, at.V_REST)]
         arrays["end"][...] = np.concatenate(ends)
+        arrays["from"][...] = bodies.arrays["position"][:, rows]
         arrays["curve"][...] = motion.unpack(held.curve())
         arrays["acceleration"][...] = arrays["curve"][:3] / s[at.LAST]
         if motion.works:
@@ -233,11 +240,17 @@ class Implicit(Smooth):
         end = state.arrays["end"]
         found = {"position": end[:3], "velocity": end[3:6]}
         if status == at.LOST:
-            rest = {name: np.zeros((width, state.count)) for name, width in (("orientation", 4), ("angular_velocity", 3))}
+            rest = {
+                name: np.zeros((width, state.count)) for name, width in (("orientation", 4), ("angular_velocity", 3))
+            }
             rest["orientation"][0] = 1.0
             raise motion.fail(now, found | rest)
         label = sources.label(int(held.d[at.LAST_ROW]))
-        what = "solve the equations of its steps" if settings.dt is not None else f"keep rtol={settings.rtol}, atol={settings.atol}"
+        what = (
+            "solve the equations of its steps"
+            if settings.dt is not None
+            else f"keep rtol={settings.rtol}, atol={settings.atol}"
+        )
         raise NoStepperError(
             f"core:implicit cannot {what} at t = {now[0]} s: they fell to {float(held.s[at.NEXT])} s, because of {label}. "
             "Look whether its forces jump, or grow without bound; else loosen the tolerances"
@@ -266,11 +279,11 @@ class Implicit(Smooth):
         rows = state.rows[places]
         rest = places[(bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1])]
         arrays = state.arrays
-        gained = self.running(state, t, rest)
-        assert gained is not None
-        total = arrays["work"][0, rest] + (gained + arrays["work_rest"][0, rest])
-        arrays["work_rest"][0, rest] += gained - (total - arrays["work"][0, rest])
-        arrays["work"][0, rest] = total
+        joules = self.running_work(state, bodies, t, places)
+        way = self.curve(state, bodies, t, rest)[0] - arrays["from"][:, rest]
+        joules[np.isin(places, rest)] += (bodies.arrays["working"][:, state.rows[rest]] * way).sum(axis=0)
+        work, left = two_sums(arrays["work"][0, places], joules + arrays["work_rest"][0, places])
+        arrays["work"][0, places], arrays["work_rest"][0, places] = work, left
         lost = arrays["end"][6:, rest] if t == self.covered(state) else 0.0
         self.rebase(state, bodies, places, t)
         self._begin_anew(state, bodies, places)
@@ -288,6 +301,7 @@ class Implicit(Smooth):
             bodies.arrays["velocity"][:, rows],
         )
         arrays["end"][6:, places] = 0.0
+        arrays["from"][:, places] = arrays["end"][:3, places]
         for name in ("curve", "gain", "power"):
             arrays[name][:, places] = 0.0
 
@@ -323,7 +337,11 @@ class _Buffers:
             d[at.HEADER + block] = place + 9 * count * np.arange(count)
             d[at.HEADER + moving + block] = 3 * count
             d[at.HEADER + 2 * moving + block] = 3 * np.arange(count)
-            members, place, pivots = members + count, place + 9 * count * count, pivots + 3 * count * (1 + MOST_STAGES // 2)
+            members, place, pivots = (
+                members + count,
+                place + 9 * count * count,
+                pivots + 3 * count * (1 + MOST_STAGES // 2),
+            )
         end = at.NUMBERS + len(radau_tables.TABLES)
         for name in range(at.X, at.CURVE + 1):
             d[name] = end
@@ -349,7 +367,7 @@ class _Buffers:
         first = self.d[at.POWER]
         return self.s[first : first + MOST_STAGES * self.rows].reshape(MOST_STAGES, self.rows)
 
-    def load(self, state: FlightState, motion: Any, t: Instant) -> None:
+    def load(self, state: FlightState, motion: Any, t: Instant, bodies: Bodies) -> None:
         """Put in what the state keeps of ``t``, where it is covered to."""
         arrays, numbers, order = state.arrays, state.numbers, motion.held.order
         end = arrays["end"]
@@ -359,6 +377,8 @@ class _Buffers:
         for name, first in ((at.X_REST, 6), (at.V_REST, 9)):
             self.vector(name)[:, : self.moving] = end[first : first + 3, order]
         self.curve()[:, : self.moving] = arrays["curve"][:, order]
+        self.vector(at.X_BEGIN)[:, : self.moving] = arrays["from"][:, order]
+        self.vector(at.STORED)[:, : self.moving] = bodies.arrays["working"][:, state.rows[order]]
         work = self.vector(at.WORK)
         for k, one in enumerate(("work", "work_rest", "gain")):
             work[k, : self.moving] = arrays[one][0, order]

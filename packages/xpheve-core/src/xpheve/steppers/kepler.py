@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar, NamedTuple
@@ -13,10 +14,21 @@ from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels import kepler
 from xpheve.kernels.clock import NEVER, Instant, later, two_sum
 from xpheve.kernels.elliptic import Pair, pair_add, pair_div, pair_mul, sum_exact
-from xpheve.kernels.kepler import Orbit
-from xpheve.steppers.contract import Array, Attraction, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
+from xpheve.steppers.contract import (
+    Array,
+    Attraction,
+    Offer,
+    Refusal,
+    Rows,
+    Settings,
+    Signature,
+    Sources,
+    State,
+    Stop,
+    Vec,
+)
 from xpheve.steppers.flights import FlightState
-from xpheve.steppers.kepler_arrays import PLACES, moved
+from xpheve.steppers.kepler_arrays import PLACES, moved, prepared
 from xpheve.steppers.smooth import Smooth
 
 FEW = 8
@@ -37,6 +49,8 @@ class _Held(NamedTuple):
     change: int
     every: list[Motion]
     single: dict[int, Motion]
+    solved: dict[tuple[float, float, float], tuple[Vec, Vec, Vec]]
+    """Solutions of Kepler's equation, by pair and time since its beginning: two bodies share one."""
 
 
 class KeplerState(FlightState):
@@ -45,8 +59,8 @@ class KeplerState(FlightState):
     def __init__(self) -> None:
         super().__init__(np.zeros(0, dtype=np.int64))
         self.held: _Held | None = None
-        self.orbits: tuple[Rows, Rows] | None = None
-        """A row for each orbit, and for each row its orbit among those."""
+        self.orbits: tuple[Rows, Rows, Array] | None = None
+        """A row for each orbit, for each row its orbit among those, and their constants."""
 
     def locate(self) -> None:
         super().locate()
@@ -96,6 +110,7 @@ class Kepler(Smooth):
         """The rows at ``places`` stand as they were written at ``t``, until their orbits are found."""
         arrays = state.arrays
         arrays["begun"][:, places] = 0.0
+        arrays["pair"][:, places] = -1.0
         arrays["since"][:, places] = arrays["end"][:, places] = np.array(t)[:, None]
         assert isinstance(state, KeplerState)
         state.held = state.orbits = None
@@ -131,7 +146,8 @@ class Kepler(Smooth):
         self.rebase(state, bodies, places, t)
         self._take_forces(state, bodies, places)
         self._await(state, places, t)
-        self._begin(state, bodies, joined, t, sources)
+        with contextlib.suppress(LawFailedError):  # if it is still so when time passes, `advance` says it
+            self._begin(state, bodies, joined, t, sources)
         return joined
 
     # From states to orbits
@@ -140,91 +156,109 @@ class Kepler(Smooth):
         self, state: KeplerState, bodies: Bodies, rows: Sequence[int], t: Instant, sources: Sources | None
     ) -> None:
         """Find the orbits of ``rows``, which stand at ``t``; those of which the forces have another form by now wait."""
-        attractions = {} if sources is None else sources.attractions(rows)
-        found = [
-            (row, one) for row, one in attractions.items() if one.row < 0 or (one.row > row and one.row in attractions)
-        ]
-        for row, one in found:
-            if one.row < 0:
-                self._begin_alone(state, bodies, row, one, t)
-            else:
-                self._begin_pair(state, bodies, row, one, t)
+        found = {} if sources is None else sources.attractions(rows)
+        alone = {row: one for row, one in found.items() if one.row < 0}
+        lesser = {row: one for row, one in found.items() if one.row > row and one.row in found}
+        if alone:
+            self._begin_alone(state, bodies, alone, t)
+        if lesser:
+            self._begin_pairs(state, bodies, lesser, t)
         state.held = state.orbits = None
         state.facts = None
 
-    def _begin_alone(self, state: KeplerState, bodies: Bodies, row: int, one: Attraction, t: Instant) -> None:
-        """One body, about a fixed centre."""
-        here = bodies.get("position", row)
-        d = tuple(sum_exact(x, -c) for x, c in zip(here, one.place, strict=True))
-        v = tuple((w, 0.0) for w in bodies.get("velocity", row))
-        self._put(state, bodies, row, row, one, self._orbit(bodies, (row,), d, v, one), 1.0, (0.0,) * 6, t)
+    def _begin_alone(self, state: KeplerState, bodies: Bodies, found: dict[int, Attraction], t: Instant) -> None:
+        """Single bodies, each about a fixed centre."""
+        rows = np.array(list(found), dtype=np.int64)
+        places = np.array([one.place for one in found.values()]).T
+        d = sum_exact(bodies.arrays["position"][:, rows], -places)  # type: ignore[arg-type]
+        v = bodies.arrays["velocity"][:, rows]
+        orbits = self._orbits(bodies, [(row,) for row in found], d, (v, np.zeros_like(v)), list(found.values()))
+        self._put(state, bodies, rows, rows, orbits, np.ones(len(rows)), np.zeros((6, len(rows))), t)
 
-    def _begin_pair(self, state: KeplerState, bodies: Bodies, row: int, one: Attraction, t: Instant) -> None:
-        """Two bodies, about one another."""
-        other = one.row
-        d = tuple(
-            sum_exact(x, -y) for x, y in zip(bodies.get("position", row), bodies.get("position", other), strict=True)
-        )
-        mine, its = bodies.get("velocity", row), bodies.get("velocity", other)
-        v = tuple(sum_exact(x, -y) for x, y in zip(mine, its, strict=True))
-        orbit = self._orbit(bodies, (row, other), d, v, one)
-        m, n = bodies.get("mass", row)[0], bodies.get("mass", other)[0]
-        shift = -max(kepler.exponent(m), kepler.exponent(n))
-        m, n = math.ldexp(m, shift), math.ldexp(n, shift)
-        total = sum_exact(m, n)
-        # v_c = v_a - (n / (m + n)) (v_a - v_b): nothing of a great mass is lost in it
-        part = pair_div((n, 0.0), total) if m >= n else pair_div((-m, 0.0), total)
-        base = mine if m >= n else its
-        drift = [pair_add((w, 0.0), _minus(pair_mul(part, u))) for w, u in zip(base, v, strict=True)]
-        drifts = (*(one[0] for one in drift), *(one[1] for one in drift))
-        for which, share in ((row, n), (other, -m)):
-            part = pair_div((share, 0.0), total)
-            self._put(state, bodies, which, row, one, orbit, part[0], drifts, t)
+    def _begin_pairs(self, state: KeplerState, bodies: Bodies, found: dict[int, Attraction], t: Instant) -> None:
+        """Pairs of bodies, by the lesser row of each."""
+        a, b = np.array(list(found), dtype=np.int64), np.array([one.row for one in found.values()], dtype=np.int64)
+        x: Any = bodies.arrays["position"]
+        w: Any = bodies.arrays["velocity"]
+        d, v = sum_exact(x[:, a], -x[:, b]), sum_exact(w[:, a], -w[:, b])
+        pairs = list(zip(a.tolist(), b.tolist(), strict=True))
+        orbits = self._orbits(bodies, pairs, d, v, list(found.values()))
+        m, n = bodies.arrays["mass"][0, a], bodies.arrays["mass"][0, b]
+        scale = -np.frexp(np.maximum(m, n))[1]
+        m, n = np.ldexp(m, scale), np.ldexp(n, scale)
+        none: Any = np.zeros_like(m)
+        total: Any = sum_exact(m, n)
+        shares: list[Any] = [pair_div((one, none), total) for one in (n, -m)]
+        # v_c = v_a - (n / (m + n)) (v_a - v_b), or the same from v_b: nothing of a great mass is lost in it
+        first = m >= n
+        part: Any = tuple(np.where(first, shares[0][k], shares[1][k]) for k in range(2))
+        base = np.where(first, w[:, a], w[:, b])
+        away = pair_mul(part, v)
+        drift = pair_add((base, np.zeros_like(base)), (-away[0], -away[1]))
+        drifts = np.concatenate(drift)
+        for which, share in zip((a, b), shares, strict=True):
+            self._put(state, bodies, which, a, orbits, share[0], drifts, t)
 
-    def _orbit(self, bodies: Bodies, rows: Sequence[int], d: Any, v: Any, one: Attraction) -> Orbit:
-        """The constants of an orbit; raises `LawFailedError` if there is no distance."""
-        if not any(part[0] for part in d):
-            names = " and ".join(bodies.objects[row].label for row in rows)
-            where = "are in one place" if len(rows) > 1 else "is in the centre of its force"
-            raise LawFailedError(f"{one.laws}: {names} {where}, where the force is infinite: move them apart")
-        return kepler.prepare(d, v, one.mu)
+    def _orbits(
+        self, bodies: Bodies, rows: Sequence[tuple[int, ...]], d: Any, v: Any, found: list[Attraction]
+    ) -> Array:
+        """The constants of orbits; raises `LawFailedError` if there is no distance, or numbers are beyond all floats."""
+        mu = np.array([one.mu for one in found]).T
+        for k in np.flatnonzero(~d[0].any(axis=0)).tolist():
+            if mu[0, k]:
+                where = "are in one place" if len(rows[k]) > 1 else f"is in the centre of its force, {found[k].place}"
+                said = f"{found[k].laws}: {_named(bodies, rows[k])} {where}, where the force is infinite. {_way_out(found[k])}"
+                raise LawFailedError(said, found[k].law)
+            d[0][0, k] = 1.0  # without a force nothing asks where it is
+        orbits = prepared(d, v, mu)
+        bad = ~np.isfinite(np.delete(orbits, [7, 8], axis=0)).all(axis=0)
+        for k in np.flatnonzero(bad).tolist()[:1]:
+            raise LawFailedError(
+                f"{found[k].laws}: the orbit of {_named(bodies, rows[k])} has numbers beyond all floats: mu = {mu[0, k]} m^3/s^2, "
+                f"distance {d[0][:, k].tolist()} m, velocity {v[0][:, k].tolist()} m/s: use other units",
+                found[k].law,
+            )
+        return orbits
 
     def _put(
         self,
         state: KeplerState,
         bodies: Bodies,
-        row: int,
-        lesser: int,
-        one: Attraction,
-        orbit: Orbit,
-        share: float,
-        drift: tuple[float, ...],
+        rows: Rows,
+        lesser: Rows,
+        orbits: Array,
+        share: Array,
+        drift: Array,
         t: Instant,
     ) -> None:
-        """Give ``row`` its orbit."""
-        arrays, local = state.arrays, int(bodies.local[row])
-        common = arrays["acceleration"][:, local].copy()
-        fall = orbit[8] / orbit[1] * BEFORE_FALL
-        arrays["orbit"][:, local] = orbit
-        arrays["pair"][0, local] = bodies.serial[lesser]
-        arrays["share"][0, local] = share
-        arrays["drift"][:, local] = drift
-        arrays["common"][:, local] = common
-        pull = -one.mu[0] / orbit[9] / orbit[9] / orbit[0] / orbit[0]
-        arrays["acceleration"][:, local] = common + share * pull * np.array(orbit[12:15])
-        arrays["since"][:, local] = bodies.clock[:, row]
-        arrays["end"][:, local] = later(t, fall) if fall < math.inf else NEVER
-        arrays["begun"][0, local] = 1.0
+        """Give ``rows`` their orbits; ``lesser`` are the rows by which these are known."""
+        arrays, places = state.arrays, bodies.local[rows]
+        common = arrays["acceleration"][:, places]
+        arrays["orbit"][:, places] = orbits
+        arrays["pair"][0, places] = bodies.serial[lesser]
+        arrays["share"][0, places] = share
+        arrays["drift"][:, places] = drift
+        arrays["common"][:, places] = common
+        with np.errstate(over="ignore"):
+            pull = orbits[3] / orbits[9] / orbits[9] * orbits[2] * orbits[1]  # mu / r^2 in units of speed and time
+            arrays["acceleration"][:, places] = common - share * pull * orbits[12:15]
+        arrays["since"][:, places] = bodies.clock[:, rows]
+        arrays["end"][:, places] = np.array(NEVER)[:, None]
+        for k in np.flatnonzero(np.isfinite(orbits[8])).tolist():
+            arrays["end"][:, places[k]] = later(t, orbits[8, k] / orbits[1, k] * BEFORE_FALL)
+        arrays["begun"][0, places] = 1.0
 
     def _report_fall(self, state: KeplerState, bodies: Bodies, sources: Sources | None) -> None:
         """Raise `LawFailedError`: two bodies fall into one another now."""
         end = state.arrays["end"]
         rows = state.rows[end[0] == end[0].min()].tolist()
-        one = (sources.attractions(rows) if sources is not None else {}).get(rows[0])
-        names = " and ".join(bodies.objects[row].label for row in rows[:2])
+        one = ({} if sources is None else sources.attractions(rows)).get(rows[0])
+        pair = rows[:1] if one is None or one.row < 0 else [rows[0], one.row]
+        into = f" falls into the centre of its force, {one.place}," if len(pair) == 1 and one is not None else " meet"
         raise LawFailedError(
-            f"{one.laws if one is not None else self.id}: {names} fall into the centre of the force at t = {end[0].min()} s, where it is "
-            "infinite: give one of them some velocity across, or the law a softening"
+            f"{self.id if one is None else one.laws}: {_named(bodies, pair)}{into} at t = {end[0].min()} s, where the force is infinite. "
+            f"{'' if one is None else _way_out(one)}",
+            None if one is None else one.law,
         )
 
     # From orbits to states
@@ -236,7 +270,7 @@ class Kepler(Smooth):
         assert isinstance(state, KeplerState)
         held = state.held
         if held is None or held.t != t or held.change != bodies.change:
-            held = state.held = _Held(t, bodies.change, [], {})
+            held = state.held = _Held(t, bodies.change, [], {}, {})
         if isinstance(places, slice):
             if not held.every:
                 held.every.append(self._curve(state, bodies, t, np.arange(state.count)[places]))
@@ -255,12 +289,10 @@ class Kepler(Smooth):
             return pair[:, 0].T, pair[:, 1].T
         arrays, rows = state.arrays, state.rows[places]
         s, rest = spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
-        if len(places) == state.count:
-            if state.orbits is None:
-                _, first, which = np.unique(arrays["pair"][0], return_index=True, return_inverse=True)
-                state.orbits = first, which
-            first, which = state.orbits
-            parts = [one[:, which] for one in moved(arrays["orbit"][:, first], s[first], rest[first])]
+        first, which, orbits = self._shared(state)
+        # Two whose orbit is one are solved once, unless an event has just written one of them, or not all are asked for.
+        if len(places) == state.count and bool(((s[first][which] == s) & (rest[first][which] == rest)).all()):
+            parts = [one[:, which] for one in moved(orbits, s[first], rest[first])]
         else:
             parts = list(moved(arrays["orbit"][:, places], s, rest))
         share, drift, common = arrays["share"][0, places], arrays["drift"][:, places], arrays["common"][:, places]
@@ -272,15 +304,25 @@ class Kepler(Smooth):
             x[c], v[c] = component(x0[c], v0[c], change[c], more[c], kick[c], *numbers)
         return x, v
 
+    def _shared(self, state: KeplerState) -> tuple[Rows, Rows, Array]:
+        """A row for each orbit, for each row its orbit among those, and their constants."""
+        if state.orbits is None:
+            _, first, which = np.unique(state.arrays["pair"][0], return_index=True, return_inverse=True)
+            state.orbits = first, which, state.arrays["orbit"][:, first]
+        return state.orbits
+
     def _one_by_one(
         self, state: KeplerState, bodies: Bodies, t: Instant, places: Sequence[int]
     ) -> Iterator[list[list[float]]]:
         """Position and velocity of each of the rows at ``places``, on floats."""
-        arrays = state.arrays
+        arrays, solved = state.arrays, {} if state.held is None else state.held.solved
         for local in places:
             row = int(state.rows[local])
             s, rest = span(t, bodies.clock_of(row))
-            change, more, kick = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
+            key = (float(arrays["pair"][0, local]), s, rest)
+            if key not in solved:
+                solved[key] = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
+            change, more, kick = solved[key]
             share, drift = float(arrays["share"][0, local]), arrays["drift"][:, local].tolist()
             common = arrays["common"][:, local].tolist()
             x0, v0 = bodies.get("position", row), bodies.get("velocity", row)
@@ -326,5 +368,9 @@ def spans(t: Instant, base: Array, offset: Array) -> tuple[Array, Array]:
     return sum_exact(s, e + (t[1] - offset))  # type: ignore[return-value, arg-type]
 
 
-def _minus(a: Pair) -> Pair:
-    return (-a[0], -a[1])
+def _named(bodies: Bodies, rows: Sequence[int]) -> str:
+    return " and ".join(bodies.objects[row].label for row in rows)
+
+
+def _way_out(one: Attraction) -> str:
+    return str(one.law.singular or "Move them apart, or give them some velocity across") + "."

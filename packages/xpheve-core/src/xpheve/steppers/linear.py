@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from xpheve.bodies import Bodies
+from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.steppers.contract import (
     Array,
@@ -59,7 +60,9 @@ class Linear(Smooth):
         if signature.torque == "general":
             return Refusal("a torque that is not about a principal axis of the spin")
         if signature.form != "linear":
-            return Refusal("forces not proven linear in places and velocities with constant coefficients, or of too many objects together")
+            return Refusal(
+                "forces not proven linear in places and velocities with constant coefficients, or of too many objects together"
+            )
         return Offer(np.inf, COST, True)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
@@ -117,9 +120,20 @@ class Linear(Smooth):
         rows = state.rows[places]
         arrays = bodies.arrays
         every = len(places) == state.count
-        acceleration = state.curves.begin(
-            sources.linear(rows), places, arrays["position"][:, rows], arrays["velocity"][:, rows], arrays["force"][:, rows], every
-        )
+        with np.errstate(all="ignore"):
+            acceleration = state.curves.begin(
+                sources.linear(rows),
+                places,
+                arrays["position"][:, rows],
+                arrays["velocity"][:, rows],
+                arrays["force"][:, rows],
+                every,
+            )
+        if not np.isfinite(acceleration).all():
+            obj = bodies.objects[int(rows[int((~np.isfinite(acceleration)).any(axis=0).argmax())])]
+            raise LawFailedError(
+                f"{obj!r}: its acceleration is beyond the range of a float, at {obj.position} m and {obj.velocity} m/s; the engine stands just before"
+            )
         state.arrays["acceleration"][:, places] = acceleration
         state.arrays["torque"][:, places] = arrays["torque"][:, rows]
         state.arrays["begun"][:, places] = 1.0
@@ -138,11 +152,24 @@ class Linear(Smooth):
             return position, velocity
         if moved.all():
             way, speed = state.curves.after(which, spans)
-            return position + way, speed
-        way, speed = state.curves.after(which[moved], (spans[0][moved], spans[1][moved]))
-        position[:, moved] += way
-        velocity[:, moved] = speed
+            position, velocity = position + way, speed
+        else:
+            way, speed = state.curves.after(which[moved], (spans[0][moved], spans[1][moved]))
+            position[:, moved] += way
+            velocity[:, moved] = speed
+        if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
+            raise self._beyond(bodies, rows, t, position, velocity)
         return position, velocity
+
+    @staticmethod
+    def _beyond(bodies: Bodies, rows: Rows, t: Instant, position: Array, velocity: Array) -> StateError:
+        """What to raise of a row that is beyond the range of a float."""
+        bad = ~(np.isfinite(position) & np.isfinite(velocity)).all(axis=0)
+        obj = bodies.objects[int(rows[int(bad.argmax())])]
+        return StateError(
+            f"{obj!r} is beyond the range of a float at t = {t[0]} s: its forces drive it away without bound, as a negative stiffness does; "
+            "end the run before, or check the signs of its laws"
+        )
 
     @staticmethod
     def _spans(state: LinearState, t: Instant, which: Rows) -> tuple[Array, Array]:

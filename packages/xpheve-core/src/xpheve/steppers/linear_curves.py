@@ -21,11 +21,12 @@ from xpheve.steppers.wide import Wide, wide
 
 Pair = tuple[Array, Array]
 
-KEPT_FLOWS = 256
-"""Flows of which the matrices are remembered."""
+KEPT_FLOWS, KEPT_MODES = 256, 64
+"""Flows that a batch remembers by their matrices, and modes that all batches do."""
+_MODES: dict[object, ModalFlow] = {}
 WIDTHS = {"start": 12, "modes": 3, "frame": 1, "speed": 3, "pull": 3, "held": 9, "group": 1, "member": 1}
-"""What a row keeps: its start in the coordinates of its flow; numbers of its modes; which frame these are in; velocity, conservative force and
-its slopes at the start, for work; the group it is in, or -1, and as the how manieth."""
+"""What a row keeps: its start in the coordinates of its flow; numbers of its modes; which frame these are in; velocity, conservative
+force and its slopes at the start, for work; the number of its group and 1, or 0, and its place there."""
 
 
 class Frame(NamedTuple):
@@ -104,7 +105,9 @@ class Curves:
 
     # Beginning
 
-    def begin(self, form: LinearForm, places: Rows, position: Array, velocity: Array, stored: Array, every: bool) -> Array:
+    def begin(
+        self, form: LinearForm, places: Rows, position: Array, velocity: Array, stored: Array, every: bool
+    ) -> Array:
         """New curves of the rows at ``places``, complete groups, under ``form`` and ``stored`` forces [N]; ``every``: there are no others.
 
         Returns the accelerations [m/s^2] at the start.
@@ -168,11 +171,17 @@ class Curves:
         return [(flow, np.array(places).T) for flow, places in found.values()]
 
     def _flow(self, key: object, k: Wide, d: Wide, mass: Array) -> Flow:
-        flow = self._flows.get(key)
+        """The flow of a block; modes are remembered for all batches, since a scene that is planned anew has mostly the same."""
+        flow = self._flows.get(key) or _MODES.get(key)
         if flow is None:
-            if len(self._flows) >= KEPT_FLOWS:
-                self._flows.clear()
-            flow = self._flows[key] = flow_of(k, d, mass)
+            flow = flow_of(k, d, mass)
+            if isinstance(flow, ModalFlow):
+                if len(_MODES) >= KEPT_MODES:
+                    _MODES.clear()
+                _MODES[key] = flow
+        if len(self._flows) >= KEPT_FLOWS:
+            self._flows.clear()
+        self._flows[key] = flow
         return flow
 
     def _begin_alone(self, form: LinearForm, which: Rows, places: Rows, velocity: Wide, pull: Wide) -> None:
@@ -212,7 +221,15 @@ class Curves:
         self._keep(places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), 0)
 
     def _begin_plane(
-        self, which: Rows, plane: tuple[int, int], other: int, places: Rows, a: Wide, b: Wide, velocity: Wide, pull: Wide
+        self,
+        which: Rows,
+        plane: tuple[int, int],
+        other: int,
+        places: Rows,
+        a: Wide,
+        b: Wide,
+        velocity: Wide,
+        pull: Wide,
     ) -> None:
         i, j = plane
         own = [one[:, :, which] for one in (a, b)]
@@ -221,7 +238,9 @@ class Curves:
         along = self.table.numbers_of(own[0][other, other], own[1][other, other], none, none)
         for axis, numbers in ((i, across), (j, across), (other, along)):
             self.arrays["modes"][axis, places[which]] = numbers
-        self._keep(places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), self._frame(plane, None))
+        self._keep(
+            places[which], np.concatenate([velocity.high[:, which], pull.high[:, which]]), self._frame(plane, None)
+        )
 
     def _begin_others(
         self, which: Rows, places: Rows, k: Wide, d: Wide, mass: Array, velocity: Wide, pull: Wide
@@ -230,14 +249,10 @@ class Curves:
         for local in which.tolist():
             key = (k[:, :, local].key(), d[:, :, local].key(), float(mass[local]))
             alike.setdefault(key, []).append(local)
-        for key, members in alike.items():
+        for numbers_alike, members in alike.items():
             at = np.array(members, dtype=np.int64)
-            flow = self._flows.get(key)
-            if flow is None:
-                if len(self._flows) >= KEPT_FLOWS:
-                    self._flows.clear()
-                one = members[0]
-                flow = self._flows[key] = flow_of(k[:, :, one], d[:, :, one], np.full(3, mass[one]))
+            one = members[0]
+            flow = self._flow(numbers_alike, k[:, :, one], d[:, :, one], np.full(3, mass[one]))
             start = flow.begin(velocity[:, at], pull[:, at])
             if isinstance(flow, ModalFlow):
                 numbers, plane = _numbers_in(self.table, flow.modes)
@@ -258,7 +273,11 @@ class Curves:
     # Following
 
     def after(self, places: Rows, spans: Pair) -> Pair:
-        """Ways [m] and velocities [m/s] of the rows at ``places`` after ``spans`` [s], (3, places)."""
+        """Ways [m] and velocities [m/s] of the rows at ``places`` after ``spans`` [s], (3, places); not finite where they are too large."""
+        with np.errstate(all="ignore"):
+            return self._after(places, spans)
+
+    def _after(self, places: Rows, spans: Pair) -> Pair:
         way, speed = np.empty((3, len(places))), np.empty((3, len(places)))
         groups = self.arrays["group"][0, places]
         if not self.groups or not groups.any():
@@ -299,6 +318,9 @@ class Curves:
                 found = self.table.at(numbers[axis], spans)
             last = axis
             s, rate, t = found[0], found[2], found[4]
+            if not np.isfinite(rate).all():  # grown beyond all bounds: but of nothing comes nothing
+                still = (push[axis] == 0.0) & (pull[axis] == 0.0)
+                s, rate, t = (np.where(still, 0.0, one) for one in (s, rate, t))
             way[axis] = s * push[axis] + t * pull[axis]
             speed[axis] = rate * push[axis] + s * pull[axis]
         if frame.plane:
@@ -316,12 +338,16 @@ class Curves:
     def work(self, places: Rows, spans: Pair, mass: Array) -> Array:
         """Work [J] of forces without potential on the rows at ``places``; that on a group stands with its first row.
 
-        It is what kinetic and potential energy gained, of differences formed before they are small: a few units of the last place of the energies that
-        were exchanged.
+        It is what kinetic and potential energy gained, formed of differences before they are small: exact up to a few units of the last
+        place of the energies that were exchanged.
         """
         found = np.zeros(len(places))
-        if not self.works:
-            return found
+        if self.works:
+            with np.errstate(all="ignore"):
+                self._add_work(found, places, spans, mass)
+        return found
+
+    def _add_work(self, found: Array, places: Rows, spans: Pair, mass: Array) -> None:
         groups = self.arrays["group"][0, places]
         alone = np.flatnonzero(groups == 0.0)
         if len(alone):
@@ -336,11 +362,11 @@ class Curves:
         for k in np.flatnonzero((groups > 0.0) & first).tolist():
             group = self.groups[int(groups[k]) - 1]
             found[k] = group.work((float(spans[0][k]), float(spans[1][k])))
-        return found
 
 
 def _same(a: Wide, b: Wide) -> NDArray[np.bool_]:
-    return (a.high == b.high) & (a.low == b.low)
+    found: NDArray[np.bool_] = (a.high == b.high) & (a.low == b.low)
+    return found
 
 
 def _numbers_in(table: ModeTable, modes: Sequence[Mode]) -> tuple[NDArray[np.int64], tuple[int, ...]]:

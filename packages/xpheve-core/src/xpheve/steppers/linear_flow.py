@@ -3,10 +3,10 @@
 With y = x - x(0), the velocity v and the acceleration f that x(0) at rest would have, y'' = A y + B y' + f: what a flow computes is
 y = S v + T f and y' = S' v + S f, with S the answer to a push and T its integral. Nothing is stepped: any span is one evaluation from the start.
 
-*Modes.* Where A and B have common eigenvectors after scaling by the roots of the masses (no damping, or damping in proportion), each mode is
-a closed form of `xpheve.kernels.linear_mode`. A plane in which the motion looks alike in every direction, as that of a charge across a magnetic field, is one
-mode with complex numbers. Eigenvectors are refined to ~30 digits, so that slow modes beside stiff ones, free directions among them, have all
-their digits, and phases hold over long times.
+*Modes.* Where A and B have common eigenvectors after scaling by the roots of the masses (no damping, or damping in proportion), each mode
+is a closed form of `xpheve.kernels.linear_mode`. A plane in which the motion looks alike in every direction, as that of a charge across a
+magnetic field, is one mode with complex numbers. Eigenvectors are refined to ~30 digits, so that slow modes beside stiff ones, free
+directions among them, have all their digits, and phases hold over long times.
 
 *Ladder.* Everything else: exponentials of h, 2h, 4h, ... of the augmented matrix, h short enough for a power series, each the
 square of the last in ~30 digits; a span is the product of those of its binary digits, applied to the vector.
@@ -45,6 +45,10 @@ PAIRS, FLOATS = 8, 15
 """Terms of it that are summed in pairs when it acts on a vector, and in all."""
 STEP = 0.03125
 """h, in units of the fastest rate."""
+
+
+REMEMBERED = 60
+"""Coordinates of a ladder up to which the slices of its rungs are kept."""
 
 
 class Mode(NamedTuple):
@@ -169,9 +173,10 @@ class LadderFlow(Flow):
         level = 0
         while count:
             if count & 1:
-                z = self._rung(level) @ Wide(
-                    np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low])
-                )
+                rung = self._rung(level)
+                if self.size > REMEMBERED:
+                    rung = rung.copy()
+                z = rung @ Wide(np.concatenate([z.high, pull.high]), np.concatenate([z.low, pull.low]))
             count >>= 1
             level += 1
         return z
@@ -212,7 +217,7 @@ class LadderFlow(Flow):
 
     def _first(self) -> Wide:
         """The rung of one step. S and T are power series; C = 1 + T A, C' = S A."""
-        n, one, none = self.size, identity(self.size), Wide(np.zeros((self.size, self.size)))
+        one, none = identity(self.size), Wide(np.zeros((self.size, self.size)))
         before, term, factor = none, one, Wide(1.0)
         push, rate, way = none, one, none
         for k in range(1, SERIES):
@@ -241,10 +246,10 @@ def flow_of(stiffness: Wide, damping: Wide, mass: Array) -> Flow:
     scale = root[:, None] * root[None, :]
     k, d = stiffness / scale, damping / scale
     found = _common_modes(k, d, root) or _planes(k, d)
-    if found is None:
-        m = wide(mass)[:, None]
-        found = LadderFlow(stiffness / m, damping / m)
-    return found
+    if found is not None:
+        return found
+    m = wide(mass)[:, None]
+    return LadderFlow(stiffness / m, damping / m)
 
 
 def parts_of(stiffness: Wide, damping: Wide) -> list[NDArray[np.int64]]:
@@ -329,50 +334,52 @@ def _mixed(k: Wide, d: Wide) -> Wide:
 def eigenvectors(a: Wide) -> Wide:
     """The eigenvectors of a symmetric matrix as columns, refined until they make it diagonal to ~30 digits of its norm.
 
-    Ogita and Aishima, algorithm 1. Eigenvalues too close to be told apart are taken together, and their part of the matrix, which is small, is diagonalised by
-    itself.
+    Ogita and Aishima, algorithm 1. Eigenvalues too close to be told apart are taken together, and their part of the matrix, which is small,
+    is diagonalised by itself.
     """
-    a = (a + a.transposed).scaled(0.5)
+    a = _evened(a)
+    n, norm = a.shape[0], _norm(a)
+    every = np.arange(n)
     x = Wide(np.linalg.eigh(a.high)[1])
-    one = np.eye(a.shape[0])
-    norm = _norm(a)
-    last = np.inf
     for _ in range(ROUNDS):
         turned = x.transposed
-        rest = (Wide(one) - turned @ x).high
-        d = turned @ (a @ x)
-        values = d[np.arange(len(one)), np.arange(len(one))]
+        # Symmetric to the last bit: close eigenvalues make much of what is not, and columns oblique.
+        rest = _evened(identity(n) - turned @ x).high
+        d = _evened(turned @ (a @ x))
         off = d.high - np.diag(d.high.diagonal())
-        error = float(np.abs(off).max(initial=0.0)) + norm * float(np.abs(rest).max(initial=0.0))
-        if error <= 0.01 * ALIKE * norm or error >= last:
+        if np.abs(off).max(initial=0.0) + norm * np.abs(rest).max(initial=0.0) <= 0.01 * ALIKE * norm:
             break
-        last = 0.5 * error
-        gaps = (Wide(values.high[None, :], values.low[None, :]) - Wide(values.high[:, None], values.low[:, None])).high
+        values = d[every, every] + d[every, every] * Wide(rest.diagonal())
+        gaps = (values[None, :] - values[:, None]).high
         room = 2.0 * (float(np.linalg.norm(off)) + norm * float(np.linalg.norm(rest)))
         apart = np.abs(gaps) > room
         with np.errstate(all="ignore"):
             change = np.where(apart, (off + values.high[None, :] * rest) / gaps, 0.5 * rest)
-        x = x + x @ Wide(change)
-        x = _untangled(x, d, apart, off)
+        x = _untangled(x + x @ Wide(change), d, rest, apart)
     return x
 
 
-def _untangled(x: Wide, d: Wide, apart: NDArray[np.bool_], off: Array) -> Wide:
+def _evened(a: Wide) -> Wide:
+    """The symmetric part."""
+    return (a + a.transposed).scaled(0.5)
+
+
+def _untangled(x: Wide, d: Wide, rest: Array, apart: NDArray[np.bool_]) -> Wide:
     """Columns of ``x`` of close eigenvalues turned among themselves so that their part of ``d`` is diagonal."""
     order = np.argsort(d.high.diagonal(), kind="stable")
     first = 0
     for k in range(1, len(order) + 1):
         if k < len(order) and not apart[order[k - 1], order[k]]:
             continue
-        own = order[first:k]
-        first = k
-        part = np.ix_(own, own)
-        if len(own) == 1 or not off[part].any():
+        own, first = order[first:k], k
+        if len(own) == 1:
             continue
-        inner = d[part]
-        inner = inner - Wide(np.eye(len(own))) * inner[0, 0]
-        turn = np.linalg.eigh(0.5 * (inner.high + inner.high.T))[1]
-        x[:, own] = x[:, own] @ Wide(turn)
+        part = np.ix_(own, own)
+        middle = d[own[0], own[0]]
+        inner = (d[part] + middle * Wide(rest[part]) - identity(len(own)) * middle).high
+        turn = Wide(np.linalg.eigh(0.5 * (inner + inner.T))[1])
+        turn = turn + turn @ (identity(len(own)) - turn.transposed @ turn).scaled(0.5)
+        x[:, own] = x[:, own] @ turn
     return x
 
 

@@ -123,7 +123,9 @@ class LinearForm:
             at = local[one.rows[inside]] * g + local[one.others[inside]]
             for turn in turns(at):
                 full[:, :, at[turn]] = full[:, :, at[turn]] + part[:, :, inside[turn]]
-        halves = [half.reshape(3, 3, g, g).transpose(2, 0, 3, 1).reshape(3 * g, 3 * g) for half in (full.high, full.low)]
+        halves = [
+            half.reshape(3, 3, g, g).transpose(2, 0, 3, 1).reshape(3 * g, 3 * g) for half in (full.high, full.low)
+        ]
         return Wide(halves[0], halves[1])
 
 

@@ -49,6 +49,7 @@ class Midpoint(FlightStepper):
     id: ClassVar[str] = "core:midpoint"
     promise: ClassVar[str] = "second order in the step; symplectic at fixed dt"
     books_work: ClassVar[bool] = True
+    loops: ClassVar[bool] = False
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         if signature.flows:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.errors import CompileError
-from xpheve.kernels import linear_mode
 from xpheve.steppers.contract import Array
 from xpheve.steppers.wide import Wide
 
@@ -89,7 +88,9 @@ class ModeTable:
         if total > len(self._prepared):
             self._prepared = np.concatenate([self._prepared, np.zeros((total, PREPARED))])
         out = np.zeros(PREPARED * len(rows))
-        _run(_PREPARE, [rows.ravel(), out], [np.array([len(rows)], dtype=np.int64)], len(rows), "modes of linear motion")
+        _run(
+            _PREPARE, [rows.ravel(), out], [np.array([len(rows)], dtype=np.int64)], len(rows), "modes of linear motion"
+        )
         self._prepared[self.count : total] = out.reshape(-1, PREPARED)
         self.count = total
 
@@ -97,7 +98,8 @@ class ModeTable:
         """S, S' and T of modes after ``spans`` [s], pairs (n,): real and imaginary parts in turn, (6, n)."""
         high, low = spans
         if len(numbers) <= 12:
-            return np.stack([self._one(*one) for one in zip(numbers.tolist(), zip(high.tolist(), low.tolist(), strict=True), strict=True)], axis=1)
+            each = zip(high.tolist(), low.tolist(), strict=True)
+            return np.stack([self._one(*one) for one in zip(numbers.tolist(), each, strict=True)], axis=1)
         same = bool((high == high[0]).all() and (low == low[0]).all())
         if same:
             asked, back = np.unique(numbers, return_inverse=True)

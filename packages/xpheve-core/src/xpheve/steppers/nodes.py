@@ -1,10 +1,13 @@
-"""Between the steps: the polynomial through places, velocities and accelerations at three instants."""
+"""Between the steps: polynomials through what is known at their ends."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from xpheve.steppers.contract import Array
+import numpy as np
+
+from xpheve.steppers.contract import Array, Rows
 
 
 class Node(NamedTuple):
@@ -15,45 +18,59 @@ class Node(NamedTuple):
     bend: Array
 
 
-def between(begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-    """Place and first derivative ``s`` [s] after ``begin``, (components, rows) each.
+class Newton(NamedTuple):
+    """Polynomials c_0 + (s - t_0)(c_1 + (s - t_1)(c_2 + ...)), one a component and row; coefficients (components, rows), times (1, rows)."""
 
-    Hermite's polynomial of degree 8 through three nodes, in Newton's form from ``begin`` on, to ``end`` at ``span`` and ``earlier`` at ``ago``
-    (J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, 2.1.5). It is exact at ``s`` = 0, and right to rounding at the others; its error
-    in between is that of a path's ninth derivative, below span^9 / 6e6 of it where ``ago`` = -span.
+    coefficients: tuple[Array, ...]
+    times: tuple[Array, ...]
 
-    Parameters
-    ----------
-    span, ago, s
-        Times [s] since ``begin``, (1, rows); none of the first two is 0, nor are they equal.
+    def of(self, places: slice | Rows) -> Newton:
+        """Those of the rows at ``places``."""
+        if isinstance(places, slice) and places == slice(None):
+            return self
+        return Newton(*(tuple(one[:, places] for one in part) for part in self))
+
+    def at(self, s: Array) -> tuple[Array, Array]:
+        """Values and first derivatives at ``s`` (1, rows)."""
+        place = self.coefficients[-1]
+        rate = np.zeros_like(place)
+        for coefficient, time in zip(self.coefficients[-2::-1], self.times[::-1], strict=True):
+            d = s - time
+            rate = rate * d + place
+            place = place * d + coefficient
+        return place, rate
+
+
+def through(nodes: Sequence[Node], times: Sequence[Array], derivatives: int) -> Newton:
+    """Hermite's polynomial through ``nodes`` at ``times`` [s], (1, rows) and all different, and their first one or two ``derivatives``.
+
+    Divided differences (J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, 2.1.5); exact at the first node.
     """
-    knots = (begin, begin, begin, end, end, end, earlier, earlier, earlier)
-    times = (0.0 * span, 0.0 * span, 0.0 * span, span, span, span, ago, ago, ago)
+    each = derivatives + 1
+    knots = [node for node in nodes for _ in range(each)]
+    when = [time for time in times for _ in range(each)]
     column = [knot.place for knot in knots]
-    coefficients = [column[0]]
-    for level in range(1, 9):
+    found = [column[0]]
+    for level in range(1, len(knots)):
         following = []
-        for k in range(9 - level):
-            if k // 3 != (k + level) // 3:
-                following.append((column[k + 1] - column[k]) / (times[k + level] - times[k]))
+        for k in range(len(knots) - level):
+            if k // each != (k + level) // each:
+                following.append((column[k + 1] - column[k]) / (when[k + level] - when[k]))
             else:
                 following.append(knots[k].rate if level == 1 else 0.5 * knots[k].bend)
         column = following
-        coefficients.append(column[0])
-    place, rate = coefficients[8], 0.0 * coefficients[8]
-    for k in range(7, -1, -1):
-        d = s - times[k]
-        rate = rate * d + place
-        place = place * d + coefficients[k]
-    return place, rate
+        found.append(column[0])
+    return Newton(tuple(found), tuple(when[:-1]))
 
 
-def cubic(begin: Node, end: Node, span: Array, s: Array) -> tuple[Array, Array]:
-    """As `between`, through places and velocities at both ends alone: Hermite's cubic, whose error is that of the fourth derivative."""
-    mean = (end.place - begin.place) / span
-    bend = (mean - begin.rate) / span
-    twist = ((end.rate - mean) / span - bend) / span
-    after = s - span
-    place = begin.place + s * (begin.rate + s * (bend + after * twist))
-    rate = begin.rate + s * (2.0 * (bend + after * twist) + s * twist)
-    return place, rate
+def octic(begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+    """Places in s [s] after ``begin``, of degree 8: through ``end`` at ``span`` and ``earlier`` at ``ago``, and all derivatives.
+
+    Its error is that of a path's ninth derivative, below span^9 / 6e6 of it where ``ago`` = -span.
+    """
+    return through((begin, end, earlier), (0.0 * span, span, ago), 2)
+
+
+def cubic(begin: Node, end: Node, span: Array) -> Newton:
+    """As `octic`, through places and velocities at both ends alone: the error is that of the fourth derivative."""
+    return through((begin, end), (0.0 * span, span), 1)

@@ -12,7 +12,7 @@ from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.steppers.contract import Array, Grid, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.midpoint import MidpointStep, two_sums
-from xpheve.steppers.nodes import Node, cubic
+from xpheve.steppers.nodes import Newton, Node, cubic
 from xpheve.steppers.stepped import Stepped, rate_of
 
 NAMES = ("position", "velocity", "orientation", "angular_velocity")
@@ -22,8 +22,9 @@ class Splitting(Stepped):
     """Half a step of each flow in order of rank, a step of the rest by the midpoint rule, half a step of each flow in the opposite order.
 
     G. Strang, SIAM J. Numer. Anal. 5 (1968) 506; Hairer, Lubich, Wanner, Geometric Numerical Integration, II.5. Second order, whatever
-    the flows are, and each flow as stiff as it likes; what single flows keep, and the rest keeps, is kept. Where a body flies freely under one
-    flow that does not depend on places the step is exact. Between two steps rows are read off Hermite's cubic.
+    the flows are; what all of them and the rest keep is kept, and velocities are exact where one flow acts alone. However stiff a flow is, steps are
+    stable; but where it is far faster than they are, what forces do against it is right to the first order only. Between two steps rows are read
+    off Hermite's cubic.
     """
 
     id: ClassVar[str] = "core:splitting"
@@ -70,7 +71,8 @@ class Splitting(Stepped):
             stepped = np.maximum(stepped, 1.0 * found["angular_velocity"].any(axis=0))
         step = MidpointStep(self, state, bodies, sources)
         trial = step.flights(t, span, rows, found | {"stepped": stepped})
-        found = {name: step.end(trial, rows, span)[name] for name in NAMES}
+        ended = step.end(trial, rows, span)
+        found = {name: ended[name] for name in NAMES}
         way = found["position"] - begin["position"]
         work = work + (trial["working"] * way).sum(axis=0)
         work = work + sources.flow(rows, later(t, 0.5 * span), found, 0.5 * span, backwards=True)[1]
@@ -83,8 +85,9 @@ class Splitting(Stepped):
 
     def _at_end(self, state: FlightState, bodies: Bodies, t: Instant) -> dict[str, Array]:
         """The state of all rows at ``t``, which is where the batch is covered."""
-        found = {}
-        for name in NAMES:
+        end = state.arrays["end"]
+        found = {"position": end[:3], "velocity": end[3:6]}
+        for name in ("orientation", "angular_velocity"):
             found[name] = np.empty((4 if name == "orientation" else 3, state.count))
             self.read(state, bodies, t, name, found[name])
         return found
@@ -106,8 +109,8 @@ class Splitting(Stepped):
             state.arrays[f"{name}_turn"] = np.concatenate([values["orientation"], rate, none])
         state.arrays["span"] = np.full((1, state.count), span)
 
-    def between(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-        return cubic(begin, end, span, s)
+    def path(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+        return cubic(begin, end, span)
 
     # Work
 

@@ -13,7 +13,7 @@ from xpheve.kernels import spin, turning
 from xpheve.kernels.clock import Instant, elapsed
 from xpheve.steppers.contract import Array, Grid, Rows, Settings, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
-from xpheve.steppers.nodes import Node
+from xpheve.steppers.nodes import Newton, Node
 from xpheve.steppers.smooth import Smooth
 
 PLACES = ("earlier", "begin", "end")
@@ -36,8 +36,8 @@ class Stepped(Smooth):
     """Arrays that a subclass keeps besides, by their widths."""
 
     @abstractmethod
-    def between(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-        """Places and their derivatives ``s`` [s] after ``begin``, (components, rows) each."""
+    def path(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+        """The polynomial of a step in the time [s] since its beginning; ``span`` and ``ago`` are those of `KEPT`, (1, rows)."""
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         state = self.new_state(KEPT | self.extra, {"base": t[0], "offset": t[1], "steps": 0.0, "evaluations": 0.0})
@@ -80,13 +80,14 @@ class Stepped(Smooth):
         return self.stride(state, bodies, Grid(begin, elapsed(wall, begin), 0), 1, settings, sources)
 
     def _put_beginning(self, state: FlightState, bodies: Bodies, t: Instant) -> None:
-        """Write the state at the beginning of the present step into the bodies."""
+        """Write the state at the beginning of the present step, which was just made, into the bodies."""
+        state.made.clear()
         rows, begin = state.rows, state.arrays["begin"]
         bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows] = begin[:3], begin[3:6]
         state.arrays["acceleration"] = begin[6:].copy()
         bodies.clock[0, rows], bodies.clock[1, rows] = t
         if state.numbers["turning"] == 1.0:
-            turn = Node(*np.split(state.arrays["begin_turn"], 3))
+            turn = node_of(state.arrays["begin_turn"])
             bodies.arrays["orientation"][:, rows], bodies.arrays["angular_velocity"][:, rows] = (
                 turn.place,
                 spin_of(turn),
@@ -120,6 +121,7 @@ class Stepped(Smooth):
 
     def _settle(self, state: FlightState, bodies: Bodies, places: Rows) -> None:
         """The rows at ``places`` are, at the covered instant, what the bodies say; how they came there is forgotten."""
+        state.made.clear()
         arrays, held = state.arrays, self.held(state, bodies, places)
         for name in ("span", "ago", "rests"):
             arrays[name][:, places] = 0.0
@@ -127,7 +129,8 @@ class Stepped(Smooth):
         arrays["end_turn"][:, places] = 0.0
         arrays["end_turn"][:4, places] = held["orientation"]
         arrays["end_turn"][4:8, places] = rate_of(held["orientation"], held["angular_velocity"])
-        for k in places.tolist():
+        arrays["momentum"][:, places] = 0.0
+        for k in places[held["angular_velocity"].any(axis=0)].tolist():
             row = int(state.rows[k])
             q: Any = bodies.get("orientation", row)
             omega: Any = bodies.get("angular_velocity", row)
@@ -163,18 +166,39 @@ class Stepped(Smooth):
         return node.place, spin_of(node)
 
     def _path(self, state: FlightState, t: Instant, places: slice | Rows, names: Sequence[str]) -> tuple[Array, Array]:
-        """Places and their derivatives at ``t``."""
-        end = Node(*np.split(state.arrays[names[2]][:, places], 3))
+        """Places and their derivatives at ``t``; of all rows they are kept for the next look at that instant, so nobody writes into them."""
+        end = node_of(state.arrays[names[2]][:, places])
         back = elapsed(t, self.covered(state))
         if back == 0.0:
             return end.place.copy(), end.rate.copy()
-        earlier, begin = (Node(*np.split(state.arrays[name][:, places], 3)) for name in names[:2])
-        span, ago = state.arrays["span"][:, places], state.arrays["ago"][:, places]
+        whole = isinstance(places, slice)
+        last = state.made.get(names[1]) if whole else None
+        if last is not None and last[0] == back:
+            return last[1], last[2]
+        span = state.arrays["span"][:, places]
+        place, rate = self._polynomial(state, names).of(places).at(span + back)
         known = span != 0.0
-        place, rate = self.between(
-            begin, end, earlier, np.where(known, span, 1.0), np.where(known, ago, -1.0), span + back
-        )
-        return np.where(known, place, end.place), np.where(known, rate, end.rate)
+        place, rate = np.where(known, place, end.place), np.where(known, rate, end.rate)
+        if whole:
+            state.made[names[1]] = back, place, rate
+        return place, rate
+
+    def _polynomial(self, state: FlightState, names: Sequence[str]) -> Newton:
+        """The polynomials of all rows over the present step; where there is none, anything."""
+        found: Newton | None = state.made.get(names[0])
+        if found is None:
+            earlier, begin, end = (node_of(state.arrays[name]) for name in names)
+            span, ago = state.arrays["span"], state.arrays["ago"]
+            known = span != 0.0
+            found = self.path(begin, end, earlier, np.where(known, span, 1.0), np.where(known, ago, -1.0))
+            state.made[names[0]] = found
+        return found
+
+
+def node_of(kept: Array) -> Node:
+    """A node from how rows keep it: three parts, one below the other."""
+    width = len(kept) // 3
+    return Node(kept[:width], kept[width : 2 * width], kept[2 * width :])
 
 
 def rate_of(q: Array, omega: Array) -> Array:

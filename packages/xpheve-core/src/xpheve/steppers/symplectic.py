@@ -27,7 +27,7 @@ from xpheve.steppers.contract import (
     Stop,
 )
 from xpheve.steppers.flights import FlightState
-from xpheve.steppers.nodes import Node, between
+from xpheve.steppers.nodes import Newton, Node, octic
 from xpheve.steppers.stepped import PLACES, TURNS, Stepped
 
 # Methods --------------------------------------------------------------------------------------------------------------
@@ -126,6 +126,7 @@ class Symplectic(Stepped):
     than about a radian a step.
     """
 
+    driver: ClassVar[str] = "composition"
     order: ClassVar[int]
     method: ClassVar[Method]
 
@@ -171,8 +172,8 @@ class Symplectic(Stepped):
         self._put_beginning(state, bodies, grid.point(steps - 1))
         return Stop(self.covered(state), state.rows)
 
-    def between(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array, s: Array) -> tuple[Array, Array]:
-        return between(begin, end, earlier, span, ago, s)
+    def path(self, begin: Node, end: Node, earlier: Node, span: Array, ago: Array) -> Newton:
+        return octic(begin, end, earlier, span, ago)
 
 
 class _Run:
@@ -290,6 +291,7 @@ class Symplectic4(Symplectic):
     id: ClassVar[str] = "core:symplectic4"
     promise: ClassVar[str] = "symplectic, fourth order in the step; energy does not drift"
     order: ClassVar[int] = 4
+    limit: ClassVar[float] = 3.16
     method: ClassVar[Method] = NYSTROM_4
 
 
@@ -299,6 +301,7 @@ class Symplectic6(Symplectic):
     id: ClassVar[str] = "core:symplectic6"
     promise: ClassVar[str] = "symplectic, sixth order in the step; energy does not drift"
     order: ClassVar[int] = 6
+    limit: ClassVar[float] = 3.14
     method: ClassVar[Method] = NYSTROM_6
 
 
@@ -308,6 +311,7 @@ class Symplectic8(Symplectic):
     id: ClassVar[str] = "core:symplectic8"
     promise: ClassVar[str] = "symplectic, eighth order in the step; energy does not drift"
     order: ClassVar[int] = 8
+    limit: ClassVar[float] = 3.09
     method: ClassVar[Method] = COMPOSED_8
 
 

@@ -165,7 +165,9 @@ def stacked(parts: list[Wide]) -> Wide:
 
 def blocks(rows: list[list[Wide]]) -> Wide:
     """A matrix of matrices."""
-    return Wide(np.block([[one.high for one in row] for row in rows]), np.block([[one.low for one in row] for row in rows]))
+    return Wide(
+        np.block([[one.high for one in row] for row in rows]), np.block([[one.low for one in row] for row in rows])
+    )
 
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """A law's graph with the present numbers of its parameters in it, and what follows from them taken out: 0 x = 0, x + 0 = x, u/u = 1.
 
-A spring without rest length is linear, F = -k (|d|/|d|) d, but only by its numbers. Arithmetic of other numbers than 0 and 1 is left standing, so that it can be
-done with more digits than a float has.
+A spring without rest length is linear, F = -k (|d|/|d|) d, but only by its numbers. Arithmetic of other numbers than 0 and 1 is left
+standing, so that it can be done with more digits than a float has.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class _Folder:
         if node.index not in self.values:
             args = [self.value(arg) for arg in node.args]
             known = node.op not in ("input", "kernel", "pick") and None not in args
-            self.values[node.index] = _computed(node, args) if known else None  # type: ignore[arg-type]
+            self.values[node.index] = _computed(node, args) if known else None
         return self.values[node.index]
 
     def is_zero(self, node: Node) -> bool:
@@ -221,7 +221,7 @@ def _function(op: str) -> Callable[..., float]:
     if name.startswith("ieee__"):
         found: Callable[..., float] = getattr(ieee, name.removeprefix("ieee__"))
         return found
-    return abs if name == "abs" else getattr(math, name.removeprefix("math."))  # type: ignore[no-any-return]
+    return abs if name == "abs" else getattr(math, name.removeprefix("math."))
 
 
 DECISIONS: dict[str, Callable[..., Any]] = {

@@ -106,12 +106,21 @@ def add(s: Buffers, place: int, rest: int, change: float) -> int:
     return 0
 
 
+def add_all(s: Buffers, places: int, rests: int, rates: int, count: int, span: float) -> int:
+    """Add ``count`` rates times ``span`` to the sums from ``places`` on. Rows that only act have rates of 0."""
+    for i in range(count):
+        before = s[places + i]
+        change = span * s[rates + i] + s[rests + i]
+        after = before + change
+        taken = after - before
+        s[rests + i] = (before - (after - taken)) + (change - taken)
+        s[places + i] = after
+    return 0
+
+
 def drift(s: Buffers, d: Buffers, rows: int, moving: int, span: float) -> int:
     """Places move on for ``span`` [s] at the velocities that they have, and bodies turn freely."""
-    place, speed, rest = d[PLACE], d[SPEED], d[PLACE_REST]
-    for c in range(3):
-        for i in range(c * rows, c * rows + moving):
-            add(s, place + i, rest + i, span * s[speed + i])
+    add_all(s, d[PLACE], d[PLACE_REST], d[SPEED], 3 * rows, span)
     if d[WIDTH] == 7:
         for i in range(moving):
             turn(s, d, rows, i, span)
@@ -120,10 +129,7 @@ def drift(s: Buffers, d: Buffers, rows: int, moving: int, span: float) -> int:
 
 def kick(s: Buffers, d: Buffers, rows: int, moving: int, span: float) -> int:
     """The second derivatives act for ``span`` [s] on velocities, and on angular momenta."""
-    push, speed, rest = d[PUSH], d[SPEED], d[SPEED_REST]
-    for c in range(3):
-        for i in range(c * rows, c * rows + moving):
-            add(s, speed + i, rest + i, span * s[push + i])
+    add_all(s, d[SPEED], d[SPEED_REST], d[PUSH], 3 * rows, span)
     if d[WIDTH] == 7:
         for i in range(moving):
             twist(s, d, rows, i, span)
@@ -148,10 +154,13 @@ def turn(s: Buffers, d: Buffers, rows: int, i: int, span: float) -> int:
     momentum = vector_at(s, d[MOMENTUM], rows, i)
     spread = vector_at(s, d[UNEVEN] + 3 * rows, rows, i)
     if uneven(spread):
-        weights = COEFFICIENTS + 2 * d[STAGES] + 1
         local = rotate_inverse(q, momentum)
-        for k in range(d[WEIGHTS]):
-            q, local = through_axes(q, local, spread, s[weights + k] * span)
+        if spread[0] * spread[1] == 0.0 and spread[1] * spread[2] == 0.0 and spread[2] * spread[0] == 0.0:
+            q, local = through_axes(q, local, spread, span)  # about one axis alone, which is exact
+        else:
+            weights = COEFFICIENTS + 2 * d[STAGES] + 1
+            for k in range(d[WEIGHTS]):
+                q, local = through_axes(q, local, spread, s[weights + k] * span)
     w, x, y, z = turned(q, momentum, (0.0, 0.0, 0.0), span)
     at = d[PLACE] + 3 * rows + i
     s[at] = w

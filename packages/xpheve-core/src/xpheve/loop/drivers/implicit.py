@@ -7,8 +7,9 @@ v0 + W). Eigenvalues of A^-1 take the stages apart; with mu = eigenvalue / h wha
     (mu^2 - mu da/dv - da/dx) d = r,    the correction being mu d,
 
 one for the real eigenvalue and a complex one for each pair. Groups that do not act on one another are blocks with a system each.
-The error is estimated by an embedded method of order s, filtered by the real system; the step follows it as by Gustafsson; the number of
-stages follows how fast the iteration converges.
+The error is estimated by an embedded method of order s, filtered by the real system, and held to the tolerance itself: so it is kept between the
+ends of steps, too, where the polynomials are of that order; at the ends, of order 2 s - 1, all is far better. The step follows the estimate as by
+Gustafsson; the number of stages follows how fast the iteration converges.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.8; E. Hairer, G. Wanner, J. Comput. Appl. Math.
 111 (1999) 93 (number of stages); K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496.
@@ -52,7 +53,7 @@ JACOBIANS = 26
 TABLE = 27  # places in s: of the coefficients of 3, 5, 7 stages
 MATRICES = 30  # da/dx, da/dv, then the real system, and the pairs of parts of the complex ones
 LISTS = 31  # place in d: of the blocks, four numbers each: first of the members in d, how many, place in the area, first pivot in d
-ONCE = 58  # 1 for one step a call
+ONCE = 59  # 1 for one step a call
 HEADER = 64  # then, for each of M rows, what `jacobians` needs: row start, width of a row, column; see `xpheve.loop.jacobian_text`
 
 DONE = 0
@@ -98,17 +99,18 @@ W_STAGE = 43
 X_SCALE = 44  # tolerances
 V_SCALE = 45
 WORK = 46  # before the last step, what rounding lost of it, and of the last step, one a row
-LEFT = 47  # right sides of linear systems
-LEFT_IM = 48
-X_ERROR = 49
-V_ERROR = 50
-P = 51  # the estimate before it is filtered
-Q = 52
-GAIN = 53  # W
-WAY = 54  # Z
-RIGHT = 55  # residuals
-STEP_GAIN = 56  # corrections
-CURVE = 57  # polynomial of what the velocity gained in the last step
+STORED = 47  # stored forces without potential
+LEFT = 48  # right sides of linear systems
+LEFT_IM = 49
+X_ERROR = 50
+V_ERROR = 51
+P = 52  # the estimate before it is filtered
+Q = 53
+GAIN = 54  # W
+WAY = 55  # Z
+RIGHT = 56  # residuals
+STEP_GAIN = 57  # corrections
+CURVE = 58  # polynomial of what the velocity gained in the last step
 POWER = STEP_GAIN  # polynomial of the work of the last step
 
 SAFETY = 0.9
@@ -116,6 +118,8 @@ GROWTH = 8.0
 SHRINKAGE = 0.2
 SMALLEST = 1e-15  # of the time at hand
 EPSILON = 2.3e-16
+NEWTON = 0.5  # power of the tolerance to which, by the tolerance, the equations of a step are solved, as usual
+PERSISTENCE = 20.0  # more iterations for steps of given length, which are not to be cut
 PATIENCE = 10  # steps with one number of stages before there may be more
 
 
@@ -152,7 +156,7 @@ def entry(f: Buffers, n: Buffers) -> int:
             take(f, n, h)
             if d[STATUS] == DONE and (d[ONCE] == 1 or d[EVALUATIONS] >= d[BUDGET]):
                 d[STATUS] = PAUSED
-    return d[STATUS]
+    return int(d[STATUS])
 
 
 # What lies where -----------------------------------------------------------------------------------------------------
@@ -166,16 +170,6 @@ def table(d: list[int]) -> int:
 def a_table(d: list[int]) -> int:
     """Where A begins, which is followed by its inverse, by D, and by what tells of the embedded method."""
     return table(d) + d[STAGES]
-
-
-def inner(stages: int) -> float:
-    """The power of the tolerance that the estimate, of order s, is held to, so that the error, of order 2 s - 1, is the tolerance's."""
-    return (stages + 1.0) / (2.0 * stages)
-
-
-def tolerance(s: list[float], d: list[int]) -> float:
-    """The relative tolerance of the estimate."""
-    return 0.1 * power(s[RTOL], inner(d[STAGES]))
 
 
 # The first step ------------------------------------------------------------------------------------------------------
@@ -228,8 +222,7 @@ def finite(s: list[float], d: list[int], a: int) -> bool:
 
 def scales(s: list[float], d: list[int]) -> int:
     """Set the scales of errors, component by component: atol + rtol times its size, as SciPy has it."""
-    rows, relative = d[ROWS], tolerance(s, d)
-    absolute = relative * s[ATOL] / s[RTOL]
+    rows, relative, absolute = d[ROWS], s[RTOL], s[ATOL]
     x, v, x_to, v_to = d[X], d[V], d[X_SCALE], d[V_SCALE]
     for i in range(d[MOVING]):
         for c in range(i, i + 3 * rows, rows):
@@ -384,22 +377,34 @@ def weighted(s: list[float], weights: int, values: int, stages: int, span: int) 
 
 
 def book(f: Buffers, n: Buffers, h: float) -> int:
-    """Find the work of forces without potential: the integral of the polynomial through their powers at the nodes.
+    """Find the work of the laws' forces without potential: the integral of the polynomial through their powers at the nodes.
 
-    Its coefficients of theta, theta^2, ... go to ``POWER``, ``k * N + i``; to the work before is added the work of the step before.
+    Its coefficients of theta, theta^2, ... go to ``POWER``, ``k * N + i``; to the work before is added that of the step before, with the work of
+    stored forces, which goes by the way alone.
     """
     s = f[0]
     d = n[2]
     stages, rows, moving = d[STAGES], d[ROWS], d[MOVING]
-    v, w, work, right, to, inverse = d[V_STAGE], d[W_STAGE], d[WORK], d[RIGHT], d[POWER], a_table(d) + 2 * stages * stages
+    v, w, work, right, to, inverse = (
+        d[V_STAGE],
+        d[W_STAGE],
+        d[WORK],
+        d[RIGHT],
+        d[POWER],
+        a_table(d) + 2 * stages * stages,
+    )
+    stored, x, x_begin = d[STORED], d[X], d[X_BEGIN]
     for i in range(moving):
-        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + 2 * rows + i] + s[work + rows + i])
+        total = s[work + 2 * rows + i]
+        for c in range(i, i + 3 * rows, rows):
+            total = total + s[stored + c] * (s[x + c] - s[x_begin + c])
+        s[work + i], s[work + rows + i] = two_sum(s[work + i], total + s[work + rows + i])
     for j in range(stages):
         stage(f, n, j, h, d[A_STAGE])
         for i in range(moving):
             total = 0.0
             for c in range(i, i + 3 * rows, rows):
-                total = total + s[w + c] * s[v + c]
+                total = total + (s[w + c] - s[stored + c]) * s[v + c]
             s[right + j * rows + i] = s[table(d) + j] * total
     for i in range(moving):
         total = 0.0
@@ -469,8 +474,8 @@ def iterate(f: Buffers, n: Buffers, h: float) -> float:
     s = f[0]
     d = n[2]
     stages = d[STAGES]
-    most, relative = limit_of(stages), tolerance(s, d)
-    wanted = max(10.0 * EPSILON / relative, min(0.03, power(relative, 1.0 / inner(stages) - 1.0)))
+    most, relative = limit_of(stages) + PERSISTENCE * d[FIXED], s[RTOL]
+    wanted = max(10.0 * EPSILON / relative, min(0.03, power(relative, NEWTON)))
     rate, theta, quotient_before, old, count = power(max(s[RATE], EPSILON), 0.8), 0.0, 0.0, 0.0, 0.0
     while count < most:
         places(s, d, h)
@@ -485,8 +490,8 @@ def iterate(f: Buffers, n: Buffers, h: float) -> float:
             here = size / old
             theta = here if count == 2.0 else math.sqrt(here * quotient_before)
             quotient_before = here
-            if theta >= 0.99:
-                return 0.5
+            if theta >= 0.99:  # corrections that are small, and shrink no more, are rounding's
+                return -count if size < 0.01 else 0.5
             rate = theta / (1.0 - theta)
             expected = rate * size * power(theta, most - 1.0 - count) / wanted
             if expected >= 1.0:

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
-from xpheve.kernels.clock import NEVER
 from xpheve.kernels.polynomial import value
 from xpheve.kernels.sign_changes import Quartic, sign_changes
 from xpheve.plan.wakeups.course import FLYING, Course

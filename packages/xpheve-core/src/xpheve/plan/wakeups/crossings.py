@@ -26,7 +26,9 @@ NOISY = 8.0  # times the difference between neighbours
 NEAR_REAL = (
     1e-3  # imaginary parts up to here may belong to a pair of zeros close together; a split too many does no harm
 )
-SHORTEST = 2.0**-30  # of the flight, of its pace, or of `FIRST`: windows that halved without end would never come past a pole
+SHORTEST = (
+    2.0**-30
+)  # of the flight, of its pace, or of `FIRST`: windows that halved without end would never come past a pole
 FEWEST = (
     64  # units in the last place of time that a window spans, so that its nodes differ and it gets on across a jump
 )

@@ -40,6 +40,7 @@ def inside_curve(
         [s] since the path began: where the window begins, how long it may be, and until when the path is known.
     """
     scale = curve.first_window()
+    outside: Callable[[float], bool]
     if isinstance(region.shape, Box):
         box = _Box(region, radius, curve)
         stop, changes = _changes(box.faces, start, wish, end, scale)
@@ -49,7 +50,7 @@ def inside_curve(
     else:
         gap = _gap(region, radius, curve)
         stop, changes = _changes([gap], start, wish, end, scale)
-        outside = lambda s: not gap(s) <= 0.0
+        outside = _beyond(gap)
     wanted = 2.0 * wish if stop - start >= min(wish, end - start) else stop - start
     return stop, wanted, _states(outside, changes, start, stop)
 
@@ -64,13 +65,16 @@ def _changes(gaps: list[Gap], start: float, wish: float, end: float, scale: floa
     return stop, sorted(s for s in found if s <= stop)
 
 
+def _beyond(gap: Gap) -> Callable[[float], bool]:
+    """Whether ``gap`` is above 0; so asked that what may end as NaN is."""
+    return lambda s: not gap(s) <= 0.0
+
+
 def _many(gap: Gap) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     return lambda times: np.array([gap(s) for s in times.tolist()])
 
 
-def _round_edges(
-    box: _Box, start: float, stop: float, changes: list[float], scale: float
-) -> tuple[float, list[float]]:
+def _round_edges(box: _Box, start: float, stop: float, changes: list[float], scale: float) -> tuple[float, list[float]]:
     """The same with the changes of the distance to ``box``, which is smooth between those of its faces."""
     found: list[float] = []
     for low, high in pairwise([start, *changes, stop]):
@@ -164,7 +168,9 @@ class _Box:
     def nearest(self, s: float) -> Gap:
         """The square of the distance to the face, edge or corner that is nearest at ``s``, less that of the radius."""
         places = [
-            (k, math.copysign(h, q)) for k, (q, h) in enumerate(zip(self.local(s), self.half, strict=True)) if abs(q) > h
+            (k, math.copysign(h, q))
+            for k, (q, h) in enumerate(zip(self.local(s), self.half, strict=True))
+            if abs(q) > h
         ]
 
         def gap(s: float) -> float:

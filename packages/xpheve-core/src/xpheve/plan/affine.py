@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -39,12 +40,12 @@ class AffineLaw:
     force: tuple[Node, ...]
     slopes: Mapping[tuple[str, str], tuple[tuple[Node, ...], ...]]
 
-    @property
+    @cached_property
     def outputs(self) -> list[Node]:
         """All slopes, then the force."""
         return [*(node for rows in self.slopes.values() for row in rows for node in row), *self.force]
 
-    @property
+    @cached_property
     def crosses(self) -> bool:
         """Whether a component of the force depends on another component of place or velocity."""
         return any(

@@ -1,0 +1,45 @@
+"""Where rows that only act are at a time: Chebyshev polynomials, piece by piece.
+
+``g`` holds, for each of ``count`` rows: the row, how many pieces there are, their degree, and where they begin in ``g``. A piece is when it begins,
+2 over its length, then the coefficients of three coordinates and, after these, of three velocities. Buffers are flat.
+
+Source: C. W. Clenshaw, Math. Tables Aids Comput. 9 (1955) 118 (the sum of a Chebyshev series).
+"""
+
+HEAD = 4
+"""Numbers a row has before all pieces."""
+
+
+def follow(s: list[float], g: list[float], count: int, rows: int, x: int, v: int, moves: int, now: float) -> int:
+    """Write the places [m] of the ``count`` rows at ``now`` [s] to ``s[x + c * rows + row]``; velocities [m/s] to ``s[v + ...]``, if ``moves``."""
+    for k in range(count):
+        row = int(g[4 * k])
+        pieces = int(g[4 * k + 1])
+        size = int(g[4 * k + 2]) + 1
+        first = int(g[4 * k + 3])
+        low = 0
+        high = pieces
+        while high - low > 1:
+            middle = (low + high) // 2
+            if now >= g[first + middle * (6 * size + 2)]:
+                low = middle
+            else:
+                high = middle
+        at = first + low * (6 * size + 2)
+        u = (now - g[at]) * g[at + 1] - 1.0
+        for c in range(3):
+            s[x + c * rows + row] = series(g, at + 2 + c * size, size, u)
+            if moves != 0:
+                s[v + c * rows + row] = series(g, at + 2 + (3 + c) * size, size, u)
+    return count
+
+
+def series(g: list[float], first: int, size: int, u: float) -> float:
+    """The sum of ``g[first + m] T_m(u)`` for m below ``size``."""
+    b1 = 0.0
+    b2 = 0.0
+    for m in range(size - 1):
+        b0 = 2.0 * u * b1 - b2 + g[first + size - 1 - m]
+        b2 = b1
+        b1 = b0
+    return u * b1 - b2 + g[first]
