@@ -182,7 +182,7 @@ SERIES = (
 # fmt: on
 
 
-def values(h: float) -> tuple[float, ...]:
+def values(h: float) -> tuple[float, float, float, float, float, float, float]:
     """What f_1 to f_7 weigh in the acceleration at ``h``, less a."""
     d1, d2, d3, d4 = h - NODES[1], h - NODES[2], h - NODES[3], h - NODES[4]
     d5, d6, d7 = h - NODES[5], h - NODES[6], h - NODES[7]
