@@ -58,7 +58,7 @@ def test_groups_name_their_stepper_and_why_the_others_were_not_taken(engine: xp.
     )
     drag = next(group for text, group in by.items() if "basic:quadratic_drag" in text)
     assert (
-        drag["stepper"] == "core:midpoint"
+        drag["stepper"] == "core:adaptive"
         and "basic:quadratic_drag" in drag["refused"]["core:ballistic"]
         and drag["steps"] > 0
     )
@@ -197,7 +197,12 @@ def test_it_says_what_was_compiled_and_from_where_it_came() -> None:
 
 def test_before_the_start_it_says_how_a_loop_would_run() -> None:
     engine = xp.PhysicsEngine()
-    engine.add_objects([xp.PhysicalObject() for _ in range(300)], laws=[engine.add_law("basic:linear_drag")])
+    laws = [engine.add_law("basic:quadratic_drag")]
+    engine.add_objects([xp.PhysicalObject(drag_area=0.1) for _ in range(300)], laws=laws)
+    driven = group_of(engine)
+    assert (driven["stepper"], driven["tier"], driven["kernel"]) == ("core:adaptive", "interpreted", None)
+    assert driven["tier_because"] == "from 20000 evaluations of rows and pairs on it pays to compile; not run yet"
+    engine.stepper = "core:midpoint"
     assert group_of(engine)["tier"] == "compiled" and group_of(engine)["tier_because"].endswith("not run yet")
     assert group_of(engine)["kernel"] is None
 
@@ -209,6 +214,7 @@ def test_motion_in_closed_form_has_no_loop(engine: xp.PhysicsEngine) -> None:
 
 
 def test_what_steps_one_by_one_says_why(engine: xp.PhysicsEngine) -> None:
+    engine.stepper = "core:midpoint"
     engine.run(0.1)
     tiers = {group["tier_because"] for group in engine.explain().data["groups"] if group["tier"] == "law by law"}
     assert tiers == {"steps follow the tolerances; with dt they are made in a loop"}

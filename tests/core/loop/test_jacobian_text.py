@@ -1,4 +1,7 @@
-"""Derivatives of accelerations are those of the forces: against differences of `forces`, for fields, pairs, sources and laws that are off."""
+"""Derivatives of accelerations are those of the forces: against differences of `forces`, for fields, pairs, sources and laws that are off.
+
+That both tiers give the same bits is held by `tests/core/steppers/test_implicit.py`, for whole runs.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.compile import assemble, compiled, interpreted
+from xpheve.compile import assemble, interpreted
 from xpheve.kernels.clock import START
 from xpheve.laws import FieldLaw, PairLaw, Param
 from xpheve.loop.drivers import driver_text
@@ -147,9 +150,3 @@ def test_differences_serve_where_no_trace_does() -> None:
         Runner(motion, interpreted)(state)[:2], Runner(motion, interpreted, DIFFERENCES)(state)[:2], strict=True
     ):
         np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-5)
-
-
-def test_bits_are_the_same_interpreted_and_compiled() -> None:
-    motion, state = prepared(4, True)
-    for one, other in zip(Runner(motion, interpreted)(state), Runner(motion, compiled)(state), strict=True):
-        assert one.tobytes() == other.tobytes()

@@ -60,7 +60,7 @@ class Steered(PairLaw):
 def scene(n: int, *laws: Any, fixed: int = 0, part: int = 1) -> xp.PhysicsEngine:
     """``n`` bodies, of which ``fixed`` stand, under ``laws``; every ``part``-th is under the first of them."""
     rng = np.random.default_rng(n)
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:symplectic2")
     added = [engine.add_law(law) for law in laws]
     for k in range(n):
         stands = k < fixed
@@ -172,7 +172,7 @@ def test_a_tree_sums_charges_of_both_signs(signs: tuple[float, ...]) -> None:
     from xpheve_laws_basic import Coulomb
 
     rng = np.random.default_rng(4)
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:symplectic2")
     law = engine.add_law(Coulomb(coulomb_constant=1.0, softening=0.05, error=1e-3, relative_permittivity=2.0))
     for _ in range(250):
         mass, charge = float(rng.uniform(1.0, 2.0)), float(rng.choice(signs) * rng.uniform(0.0, 2.0))
@@ -216,6 +216,20 @@ def test_a_law_that_falls_otherwise_is_never_summed_by_a_tree() -> None:
     swarm.error = 1e-3
     motion, _ = motion_of(scene(50, swarm))
     assert how_to_sum(ALL, 10**5, motion.couples[0].term, swarm) == TILES
+
+
+def test_a_tree_is_for_steps_of_given_length_only() -> None:
+    motion, _ = motion_of(scene(50, gravity(error=1e-3)))
+    term, law = motion.couples[0].term, motion.couples[0].laws[0]
+    assert how_to_sum(ALL, 10**5, term, law, steady=False) == TILES
+    assert "steps follow from their errors" in long_range.why_no_tree(10**5, term, law, False)
+    assert long_range.why_no_tree(100, term, law, True) == "a tree would be slower"
+    assert long_range.why_no_tree(10**5, term, law, True) == ""
+    engine = xp.PhysicsEngine(up="z", stepper="core:implicit")
+    law = engine.add_law(gravity(error=1e-3))
+    engine.add_objects([xp.PhysicalObject(position=(k, 0, 0), mass=1.0) for k in range(70)], laws=[law])
+    motion, _ = motion_of(engine)
+    assert motion._hows == [TILES] and "which a tree's error would spoil" in motion.sums()[law]
 
 
 def test_a_motion_fits_as_long_as_the_way_to_sum_does() -> None:

@@ -104,8 +104,7 @@ def test_what_is_infinitely_stiff_is_damped_at_once(stages: int) -> None:
     assert (np.abs(v) < 1e-10).all() and (np.abs(x) < 1e-10).all()
 
 
-@pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-12])
-@pytest.mark.parametrize("stages", [3, 5, 7])
+@pytest.mark.parametrize(("stages", "rtol"), [(3, 1e-4), (3, 1e-8), (5, 1e-4), (5, 1e-8), (7, 1e-6), (7, 1e-12)])
 def test_tolerances_are_kept(stages: int, rtol: float) -> None:
     end = 10.0
     exact = Run(Duffing(), 7)

@@ -189,11 +189,13 @@ def test_three_bodies_that_meet_closely_keep_more_digits_than_rounded_places_hav
     run = Run(bodies, x, np.zeros((3, 3)), [3.0, 4.0, 5.0])
     assert run.to(70.0) == driver.REACHED
     found, _ = run.read(70.0)
-    expected = np.array([
+    expected = np.array(
+        [
             [6.933463599011887, 20.261804305951713, 0.0],
             [-2.003006002605984, -6.872463435824545, 0.0],
             [-2.557673357322345, -6.659111834911393, 0.0],
-        ])
+        ]
+    )
     assert np.abs((found - found[0]) - (expected - expected[0])).max() < 6e-3
 
 

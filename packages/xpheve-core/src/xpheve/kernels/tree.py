@@ -21,9 +21,9 @@ LANES = 32
 """Bodies of a group: they walk the tree together, one in each lane of a vector loop."""
 LEAF = 8
 """Bodies of a leaf; `LANES` is a multiple of it."""
-NODE = 18
-"""Numbers of a node: centre of |q| (3), radius about it, what stands for the octupole, q, dipole (3), quadrupole xx xy xz yy yz zz, |q|, the
-trace of |q|'s, half of spare."""
+NODE = 17
+"""Numbers of a node: centre of |q| (3), radius about it, what stands for the octupole, q, dipole (3), quadrupole xx xy xz yy yz zz, |q|, and
+the sum of |q| times the square of the distance from the centre."""
 CENTRE, RADIUS, OCTUPOLE, CHARGE, DIPOLE, QUADRUPOLE, WEIGHT, SPREAD = 0, 3, 4, 5, 6, 9, 15, 16
 NEAREST = 1.21
 """Square of the least distance from which a node may act as a whole, in units of its radius."""
@@ -36,6 +36,7 @@ FINER = 6
 SAMPLE = 128
 """Bodies on which the error is measured."""
 SAMPLED = 7 * LANES
+"""Where in ``t`` the fields of the sample begin."""
 SCRATCH = SAMPLED + 4 * SAMPLE
 """Length of ``t``: places, fields and numbers of 32 bodies; then fields of the sample, and their errors."""
 
@@ -294,7 +295,7 @@ def store(
 
 
 def finish(s: list[float], node: int, box: int) -> int:
-    """Radius of a node, to the farthest corner of its box, and radius times the trace of |q|'s second moments, no less than its third."""
+    """Write the radius of a node, to the farthest corner of its box, and the bound of its octupole: radius times `SPREAD`."""
     x = max(s[node] - s[box], s[box + 3] - s[node])
     y = max(s[node + 1] - s[box + 1], s[box + 4] - s[node + 1])
     z = max(s[node + 2] - s[box + 2], s[box + 5] - s[node + 2])
@@ -456,7 +457,7 @@ def walk(
 def acts_whole(square: float, radius: float, octupole: float, limit: float) -> bool:
     """Whether a node at the distance whose square is given, or farther, may act by its moments.
 
-    What they leave out is at most (4 B_3 - 3 B_4 / d) / (d^3 (d - r)^2), B_n = sum of |q| |x|^n (Salmon, Warren 1994, eq. 10); here stands
+    What they leave out is at most (4 B_3 - 3 B_4 / d) / (d^3 (d - r)^2), B_n = sum of |q| |x|^n (Salmon, Warren 1994); here stands
     r B_2 for 4 B_3, as the bound is rarely reached, and `SHARE` is measured.
     """
     if not square > NEAREST * radius * radius:

@@ -42,16 +42,31 @@ TOLD = 2
 """Behind the tree's own floats: the greatest error measured so far, and the greatest number of walks."""
 
 
-def how_to_sum(how: str, count: int, term: Term, law: PairLaw) -> str:
-    """How the pairs of ``law`` among ``count`` bodies are summed: ``how`` as it is, `TILES` or `TREE`."""
+def how_to_sum(how: str, count: int, term: Term, law: PairLaw, steady: bool = True) -> str:
+    """How the pairs of ``law`` among ``count`` bodies are summed: ``how`` as it is, `TILES` or `TREE`; ``steady`` as in `why_no_tree`."""
     if how != ALL:
         return how
-    if pays(count, law.allowed_error()) and inverse_square(term.trace, law) is not None:
+    if law.allowed_error() > 0.0 and not why_no_tree(count, term, law, steady):
         return TREE
-    by_hand = any(
-        node.op == "kernel" for node in walk(term.trace.force or ())
-    )  # it may fail for a pair of one body with itself
+    by_hand = any(node.op == "kernel" for node in walk(term.trace.force or ()))  # it may fail for a body with itself
     return TILES if count >= TILES_FROM and not by_hand else ALL
+
+
+def why_no_tree(count: int, term: Term, law: PairLaw, steady: bool) -> str:
+    """Why a law that allows an error is summed exactly all the same; empty if it is not.
+
+    ``steady`` says that the steps have a given length. Where their length follows from their error, the small jumps of a tree's forces would
+    make them ever shorter.
+    """
+    if not steady:
+        return (
+            "the lengths of steps follow from their errors, or equations are solved, which a tree's error would spoil"
+        )
+    if not pays(count, law.allowed_error()):
+        return "a tree would be slower"
+    if inverse_square(term.trace, law) is None:
+        return "the force is not proven to fall with the square of the distance"
+    return ""
 
 
 def pays(count: int, error: float) -> bool:

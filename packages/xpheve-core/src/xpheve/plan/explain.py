@@ -321,7 +321,11 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines += ["", f"real time: {r['frames']} frames, real-time factor {factor}, {r['lag']:.3g} s behind the clock"]
         lines += [f"  failed: {r['failed']}"] * bool(r["failed"])
     energy = data["energy"]
-    drift = "not started, or too many pairs to look" if energy["drift"] is None else f"{energy['drift']:.2g} of the largest energy"
+    drift = (
+        "not started, or too many pairs to look"
+        if energy["drift"] is None
+        else f"{energy['drift']:.2g} of the largest energy"
+    )
     lines += [
         "",
         f"energy: kinetic {energy['kinetic']:.9g} J, potential {energy['potential']:.9g} J, work {energy['work']:.9g} J",

@@ -27,8 +27,10 @@ ORIGINS = {
 def loop_of(world: World, batch: Batch) -> dict[str, Any]:
     """How ``batch`` is run along the way, and why; empty texts where motion is in closed form."""
     sources = world.sources(batch)
-    if sources is None:
+    if sources is None or batch.choice.offers[batch.stepper.id].exact:
         return {"tier": "", "tier_because": "", "calls": "", "kernel": None}
+    if batch.stepper.driver and sources.motion is not None:
+        return _driven_by(world, batch, sources)
     tier, because = _tier(world, batch, sources)
     calls = "one step in a call, each law called by itself" if tier == ALONE else _calls(world, batch, sources)
     kernel = None if tier == ALONE else sources.program.made(tier)
@@ -36,6 +38,24 @@ def loop_of(world: World, batch: Batch) -> dict[str, Any]:
         {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
     )
     return {"tier": tier, "tier_because": because, "calls": calls, "kernel": told}
+
+
+def _driven_by(world: World, batch: Batch, sources: BatchSources) -> dict[str, Any]:
+    """How the driver of ``batch`` runs."""
+    from xpheve.plan.motions import COMPILE_AFTER
+
+    motion, wish = sources.motion, world.compile
+    tier = world.tiers.get(batch.signature)
+    because = f'compile="{wish}"'
+    if wish == "auto":
+        after = "" if tier is not None else "; not run yet"
+        because = f"from {COMPILE_AFTER} evaluations of rows and pairs on it pays to compile{after}"
+    tier = tier or motion.tier(0)
+    kernel = motion.made(batch.stepper.driver, tier)
+    told = (
+        {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
+    )
+    return {"tier": tier, "tier_because": because, "calls": _calls(world, batch, sources), "kernel": told}
 
 
 def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:

@@ -11,7 +11,18 @@ from xpheve.errors import LawFailedError
 from xpheve.kernels import tree
 from xpheve.kernels.clock import Instant
 from xpheve.loop.fields import PARAMETERS
-from xpheve.loop.long_range import TILES, TOLD, TREE, TREE_PARAMETERS, how_to_sum, scratch, told, tree_numbers, work_of
+from xpheve.loop.long_range import (
+    TILES,
+    TOLD,
+    TREE,
+    TREE_PARAMETERS,
+    how_to_sum,
+    scratch,
+    told,
+    tree_numbers,
+    why_no_tree,
+    work_of,
+)
 from xpheve.loop.motion import PLACES, MotionText
 from xpheve.loop.program import COMPILED, INTERPRETED, values_of
 from xpheve.loop.terms import slot_of
@@ -31,6 +42,10 @@ EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
 FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
+
+
+STEADY = "core:symplectic"
+"""How the ids of steppers begin that bear a tree's error; where none was asked for, steps of a given length are such a one's, too."""
 
 
 class Motion:
@@ -107,7 +122,13 @@ class Motion:
         return self._found
 
     def _ways_of(self) -> list[str]:
-        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0]) for one in self.couples]
+        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+
+    @property
+    def _steady(self) -> bool:
+        """Whether steps have a given length, and nothing is solved in them: `xpheve.loop.long_range.why_no_tree`."""
+        signature = self.sources.signature
+        return signature.wish.startswith(STEADY) or (signature.fixed_step and not signature.wish)
 
     def _proven(self, number: int) -> InverseSquare | None:
         one = self.couples[number]
@@ -129,6 +150,8 @@ class Motion:
                 words[one.laws[0]] = f"{count} bodies by a tree, error {allowed:g} allowed: {measured}"
             elif how == TILES:
                 words[one.laws[0]] = f"all pairs of {count} bodies, by tiles"
+                if one.laws[0].allowed_error() > 0.0:
+                    words[one.laws[0]] += f": {why_no_tree(count, one.term, one.laws[0], self._steady)}"
         return words
 
     # Numbers
@@ -257,6 +280,10 @@ class Motion:
                 law.evaluations += int(d[EVALUATIONS]) - before
         self.world.tiers[self.sources.signature] = tier
         return found
+
+    def made(self, driver: str, tier: str) -> Any:
+        """The kernel of ``driver`` in ``tier`` if it was made already; None else."""
+        return self._kernels.get((driver, tier))
 
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""

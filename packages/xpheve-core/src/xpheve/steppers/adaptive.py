@@ -22,6 +22,8 @@ LEAST = 1e-20
 """Of the time at hand; a shorter step is lost in the clock."""
 KEPT = 20
 """Numbers of a coordinate that lead from step to step."""
+WORK = {0: "work", 1: "work_rest", 18: "gain"}
+"""By their place in the driver's numbers, each for all rows: work over what is past, its remainder, and what the present step adds."""
 TERMS = 16
 """Coefficients of the series of an acceleration, or power, within a step."""
 
@@ -37,6 +39,7 @@ class Adaptive(Smooth):
     id: ClassVar[str] = "core:adaptive"
     promise: ClassVar[str] = "Gauss-Radau 15: to tolerances, at 1e-13 and less to the limit of rounding"
     books_work: ClassVar[bool] = True
+    driver: ClassVar[str] = "radau15"
     parts: ClassVar[bool] = True
 
     def offer(self, signature: Signature) -> Offer | Refusal:
@@ -49,7 +52,7 @@ class Adaptive(Smooth):
         return Refusal(reason) if reason else Offer(15.0, 100.0, False)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
-        arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "power": TERMS}
+        arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "gain": 1, "power": TERMS}
         counts = {"steps": 0.0, "refused": 0.0, "passes": 0.0, "evaluations": 0.0}
         state = self.new_state(arrays, {"base": t[0], "offset": t[1], "span": 0.0, "next": 0.0} | counts)
         self.join(state, rows, bodies, t)
@@ -139,7 +142,7 @@ class Adaptive(Smooth):
             else:  # what was written since is what it says
                 for value, rest in ((0, 1), (2, 3)):
                     s[own[rest]] = np.where(path[value] == s[own[value]], path[rest], 0.0)
-        for k, name in enumerate(("work", "work_rest")):
+        for k, name in WORK.items():
             at = size.work + k * motion.rows
             s[at : at + moving] = state.arrays[name][0, motion.held.order]
         counts = ((0, "evaluations"), (driver.STEPS, "steps"), (driver.REFUSED, "refused"), (driver.PASSES, "passes"))
@@ -161,7 +164,7 @@ class Adaptive(Smooth):
         state.arrays["path"], state.arrays["curve"] = path.reshape(-1, moving), curve.reshape(-1, moving)
         state.arrays["acceleration"] = path[4, :3].copy()
         state.arrays["torque"][...] = 1.0 if motion.turning else 0.0  # says only that rotation does work, which is booked
-        for k, name in enumerate(("work", "work_rest")):
+        for k, name in WORK.items():
             at = size.work + k * motion.rows
             state.arrays[name][0, order] = s[at : at + moving]
         at = size.work + 2 * motion.rows

@@ -283,6 +283,8 @@ class Stepper(ABC):
     books_work: ClassVar[bool] = False
     """Whether the stepper itself keeps, in ``state.arrays["work"]`` and ``["work_rest"]``, the work [J] that forces without potential did
     on each row over the flights that are over."""
+    driver: ClassVar[str] = ""
+    """The driver (`xpheve.loop.drivers`) that makes its steps; empty if it has none."""
     limit: ClassVar[float] = 2.0
     """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
     loops: ClassVar[bool] = True

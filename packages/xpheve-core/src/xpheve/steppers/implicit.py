@@ -66,6 +66,7 @@ class Implicit(Smooth):
     id: ClassVar[str] = "core:implicit"
     promise: ClassVar[str] = "L-stable, order 5 to 13, for stiff forces"
     books_work: ClassVar[bool] = True
+    driver: ClassVar[str] = DRIVER
     parts: ClassVar[bool] = True
     limit: ClassVar[float] = math.inf
 

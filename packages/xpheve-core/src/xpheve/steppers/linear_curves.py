@@ -21,8 +21,9 @@ from xpheve.steppers.wide import Wide, wide
 
 Pair = tuple[Array, Array]
 
-KEPT_FLOWS = 256
-"""Flows of which the matrices are remembered."""
+KEPT_FLOWS, KEPT_MODES = 256, 64
+"""Flows that a batch remembers by their matrices, and modes that all batches do."""
+_MODES: dict[object, ModalFlow] = {}
 WIDTHS = {"start": 12, "modes": 3, "frame": 1, "speed": 3, "pull": 3, "held": 9, "group": 1, "member": 1}
 """What a row keeps: its start in the coordinates of its flow; numbers of its modes; which frame these are in; velocity, conservative
 force and its slopes at the start, for work; the number of its group and 1, or 0, and its place there."""
@@ -170,11 +171,17 @@ class Curves:
         return [(flow, np.array(places).T) for flow, places in found.values()]
 
     def _flow(self, key: object, k: Wide, d: Wide, mass: Array) -> Flow:
-        flow = self._flows.get(key)
+        """The flow of a block; modes are remembered for all batches, since a scene that is planned anew has mostly the same."""
+        flow = self._flows.get(key) or _MODES.get(key)
         if flow is None:
-            if len(self._flows) >= KEPT_FLOWS:
-                self._flows.clear()
-            flow = self._flows[key] = flow_of(k, d, mass)
+            flow = flow_of(k, d, mass)
+            if isinstance(flow, ModalFlow):
+                if len(_MODES) >= KEPT_MODES:
+                    _MODES.clear()
+                _MODES[key] = flow
+        if len(self._flows) >= KEPT_FLOWS:
+            self._flows.clear()
+        self._flows[key] = flow
         return flow
 
     def _begin_alone(self, form: LinearForm, which: Rows, places: Rows, velocity: Wide, pull: Wide) -> None:

@@ -129,7 +129,8 @@ class Stepped(Smooth):
         arrays["end_turn"][:, places] = 0.0
         arrays["end_turn"][:4, places] = held["orientation"]
         arrays["end_turn"][4:8, places] = rate_of(held["orientation"], held["angular_velocity"])
-        for k in places.tolist():
+        arrays["momentum"][:, places] = 0.0
+        for k in places[held["angular_velocity"].any(axis=0)].tolist():
             row = int(state.rows[k])
             q: Any = bodies.get("orientation", row)
             omega: Any = bodies.get("angular_velocity", row)

@@ -126,6 +126,7 @@ class Symplectic(Stepped):
     than about a radian a step.
     """
 
+    driver: ClassVar[str] = "composition"
     order: ClassVar[int]
     method: ClassVar[Method]
 

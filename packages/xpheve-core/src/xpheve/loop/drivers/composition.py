@@ -154,10 +154,13 @@ def turn(s: Buffers, d: Buffers, rows: int, i: int, span: float) -> int:
     momentum = vector_at(s, d[MOMENTUM], rows, i)
     spread = vector_at(s, d[UNEVEN] + 3 * rows, rows, i)
     if uneven(spread):
-        weights = COEFFICIENTS + 2 * d[STAGES] + 1
         local = rotate_inverse(q, momentum)
-        for k in range(d[WEIGHTS]):
-            q, local = through_axes(q, local, spread, s[weights + k] * span)
+        if spread[0] * spread[1] == 0.0 and spread[1] * spread[2] == 0.0 and spread[2] * spread[0] == 0.0:
+            q, local = through_axes(q, local, spread, span)  # about one axis alone, which is exact
+        else:
+            weights = COEFFICIENTS + 2 * d[STAGES] + 1
+            for k in range(d[WEIGHTS]):
+                q, local = through_axes(q, local, spread, s[weights + k] * span)
     w, x, y, z = turned(q, momentum, (0.0, 0.0, 0.0), span)
     at = d[PLACE] + 3 * rows + i
     s[at] = w

@@ -59,9 +59,9 @@ CARRY = 192
 Q1, Q2, Q3, Q4, Q5, Q6, Q7 = 200, 208, 216, 224, 232, 240, 248
 """What is foretold of the next step."""
 SIZE = 256
-WORKS = 66
-"""Numbers for each row between accelerations and tiles: forces without potential at the nodes and at `EXTRA` ones, work, its remainder, and
-16 coefficients of its power."""
+WORKS = 67
+"""Numbers for each row between accelerations and tiles: forces without potential at the nodes and at `EXTRA` ones, work, its remainder, 
+16 coefficients of its power, and what the present step adds."""
 E1, E8 = 128, 184
 """In the tiles behind, of `CURVE` numbers, after 16 coefficients of the acceleration as a series of Legendre polynomials: what is added to it at the
 extra nodes."""
@@ -176,6 +176,8 @@ def step(f: Buffers, n: Buffers) -> int:
             return failed
         last = 0.0
         dt = best
+    if d[WORKING]:
+        find_work(s, w, z, rows, moving, dt)
     s[SPAN] = dt
     d[STEPS] += 1
     return 0
@@ -193,7 +195,7 @@ def conclude(s: Buffers, d: Buffers, tiles: int, w: int, z: int, rows: int, movi
     """Go to the end of the present step."""
     dt = s[SPAN]
     if d[WORKING]:
-        add_work(s, w, w + 48 * rows, z, rows, moving, dt)
+        book_work(s, w + 48 * rows, rows, moving)
     finish(s, z, tiles, dt)
     if d[TURNING]:
         straighten(s, z, rows, moving)
@@ -461,8 +463,8 @@ def put_right(s: Buffers, i: int, over: float, along: float) -> None:
     s[i + V], s[i + V_REST] = two_sum(s[i + V], s[i + V_REST] - along * q)
 
 
-def add_work(s: Buffers, w: int, work: int, z: int, rows: int, moving: int, dt: float) -> None:
-    """Add the work of forces without potential over the step: the integral of force by velocity, by the same nodes."""
+def find_work(s: Buffers, w: int, z: int, rows: int, moving: int, dt: float) -> None:
+    """The work of forces without potential over the step: the integral of force by velocity, by the same nodes."""
     for i in range(moving):
         total = 0.0
         for node in range(8):
@@ -471,7 +473,13 @@ def add_work(s: Buffers, w: int, work: int, z: int, rows: int, moving: int, dt: 
                 j = lane(z, c * rows + i)
                 power += s[w + (3 * node + c) * rows + i] * speed(s, j, s[NODE + node] * dt, SPEED + 8 * node)
             total += s[SHARE + node] * power
-        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + rows + i] + dt * total)
+        s[w + 66 * rows + i] = dt * total
+
+
+def book_work(s: Buffers, work: int, rows: int, moving: int) -> None:
+    """Add the work of the present step."""
+    for i in range(moving):
+        s[work + i], s[work + rows + i] = two_sum(s[work + i], s[work + rows + i] + s[work + 18 * rows + i])
 
 
 def speed(s: Buffers, i: int, h: float, w: int) -> float:
