@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from xpheve.bodies import Bodies
-from xpheve.errors import StateError
+from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.steppers.contract import (
     Array,
@@ -120,14 +120,20 @@ class Linear(Smooth):
         rows = state.rows[places]
         arrays = bodies.arrays
         every = len(places) == state.count
-        acceleration = state.curves.begin(
-            sources.linear(rows),
-            places,
-            arrays["position"][:, rows],
-            arrays["velocity"][:, rows],
-            arrays["force"][:, rows],
-            every,
-        )
+        with np.errstate(all="ignore"):
+            acceleration = state.curves.begin(
+                sources.linear(rows),
+                places,
+                arrays["position"][:, rows],
+                arrays["velocity"][:, rows],
+                arrays["force"][:, rows],
+                every,
+            )
+        if not np.isfinite(acceleration).all():
+            obj = bodies.objects[int(rows[int((~np.isfinite(acceleration)).any(axis=0).argmax())])]
+            raise LawFailedError(
+                f"{obj!r}: its acceleration is beyond the range of a float, at {obj.position} m and {obj.velocity} m/s; the engine stands just before"
+            )
         state.arrays["acceleration"][:, places] = acceleration
         state.arrays["torque"][:, places] = arrays["torque"][:, rows]
         state.arrays["begun"][:, places] = 1.0
