@@ -60,7 +60,7 @@ PROBLEMS = [
         metric="largest error of a place from the Sun [au]",
         build=swarm_engine(SWARM),
         ours=[
-            *tolerances("core:adaptive", 6, 9, 12, 14),
+            *tolerances("core:adaptive", 6, 9, 11, 12, 13, 14),
             *steps("core:symplectic8", SPAN, *years(30, 60, 100, 200)),
             *steps("core:symplectic4", SPAN, *years(100, 400)),
             *steps("core:midpoint", SPAN, *years(100, 1000)),

@@ -51,7 +51,7 @@ def single(k: int) -> Problem:
         span=SPAN,
         metric="largest error of a place; the median of 20 starts",
         build=swarm_engine(swarm),
-        ours=tolerances("core:adaptive", 6, 9, 12, 14),
+        ours=tolerances("core:adaptive", 9, 12, 13, 14),
         error=lambda end: error_of(k, end),
         drift=swarm.drift,
         swarm=swarm,
