@@ -166,4 +166,4 @@ def _chebyshev() -> tuple[Array, Array]:
     from xpheve.plan.wakeups.crossings import NODES, TO_COEFFICIENTS
 
     assert len(NODES) == DEGREE + 1
-    return NODES, TO_COEFFICIENTS
+    return NODES, np.asarray(TO_COEFFICIENTS, dtype=np.float64)
