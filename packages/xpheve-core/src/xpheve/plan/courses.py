@@ -17,6 +17,7 @@ DEGREE = 24
 ROUNDING = 2e-15  # last coefficients against the largest
 NOISY = 8.0  # times the difference between neighbouring floats of time: shorter pieces say no more than that
 EARLY = 2.0**-20  # [s] the first window of a straight way
+STRIDE = 6  # windows of a straight way from one instant where steps have to end to the next
 PACES = 64.0  # in a window of a source that is known without end
 MOST = 256  # pieces that are kept for many steps
 SHORTEST = 2.0**-30  # of the window: no shorter pieces are made
@@ -70,7 +71,9 @@ class Courses:
                 windows[first] = [self._parabola(row, motion, low, high)] if straight else self._pieces(row, low, high)
             at = high
             count = sum(len(windows[one]) for one in wanted)
-            if math.isfinite(motion.span) or at >= end or (at >= least and count >= MOST) or (least <= begin):
+            if math.isfinite(motion.span) or at >= end or (at >= least and count >= MOST):
+                break
+            if least <= begin and (motion.curve is not None or math.frexp(at[0])[1] % STRIDE == 0):
                 break
         for one in [one for one in windows if one not in wanted]:
             del windows[one]
@@ -166,4 +169,6 @@ def _chebyshev() -> tuple[Array, Array]:
     from xpheve.plan.wakeups.crossings import NODES, TO_COEFFICIENTS
 
     assert len(NODES) == DEGREE + 1
-    return NODES, np.asarray(TO_COEFFICIENTS, dtype=np.float64)
+    nodes: Array = NODES
+    matrix: Array = np.asarray(TO_COEFFICIENTS, dtype=float)
+    return nodes, matrix

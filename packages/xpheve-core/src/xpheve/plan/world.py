@@ -110,8 +110,8 @@ class World:
         self.clashes: dict[tuple[PhysicalLaw, PhysicalLaw, str], str] = {}
         """Laws that set the same at one event with no order between them, and what was said of it."""
         self.compile = "auto"
-        self.told: set[Signature] = set()
-        """Whose steps were found too long, and warned of."""
+        self.looked_at: set[tuple[Signature, float]] = set()
+        """Of whom it is known whether host steps of that length [s] resolve the forces."""
         self.wish = ""
         """The id of the stepper that the user asked for, where it offers."""
         self.facts: dict[Any, Facts] = {}
@@ -419,7 +419,7 @@ class World:
             stop = batch.stepper.stride(batch.state, self.bodies, grid, steps, self.settings, sources)
         else:
             go = batch.stepper.advance if sources is None or loops.is_heard(self, batch) else batch.stepper.leap
-            stop = go(batch.state, self.bodies, need, wall, self.settings, sources)
+            stop = go(batch.state, self.bodies, min(need, wall), wall, self.settings, sources)
         books.after_step(self, batch, before)
         self.time = max(self.time, begin)
         if len(stop.rows):

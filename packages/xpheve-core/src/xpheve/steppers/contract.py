@@ -390,13 +390,6 @@ class Stepper(ABC):
     def resume(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> None:  # noqa: B027
         """Make again what is not in the arrays and numbers of ``state``, which were restored from a checkpoint."""
 
-    def work_since(self, state: State, t: Instant) -> Sequence[float]:
-        """Work [J] on each row that a stepper that `books_work` has not yet put into its arrays: over the present step, until ``t``.
-
-        Empty where that is what the forces in ``state.arrays["working"]`` have done.
-        """
-        return ()
-
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""
         return NEVER
