@@ -493,7 +493,7 @@ class BatchSources:
                 self.why_alone = f"evaluated law by law: {', '.join(alone)}"
             else:
                 self._try_kernels()
-                self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)  # type: ignore[arg-type]
+                self._program = BatchProgram(self.world, self.rows, self.laws, terms, self.pairs)
         return self._program
 
     def attractions(self, rows: Sequence[int]) -> dict[int, Attraction]:
