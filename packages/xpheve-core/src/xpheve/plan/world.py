@@ -418,6 +418,7 @@ class World:
         self._merge_into(batch, begin)
         sources = self.sources(batch)
         before = books.snapshot(self, batch, sources)
+        done = batch.state.numbers.get("steps", 0.0)
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
@@ -436,7 +437,9 @@ class World:
         self.time = max(self.time, begin)
         if len(stop.rows):
             everyone = len(stop.rows) == batch.state.count
-            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += 1
+            # By the steps, however many were made in one call: that depends on who looks.
+            made = max(1, int(batch.state.numbers.get("steps", 0.0) - done))
+            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += made
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
