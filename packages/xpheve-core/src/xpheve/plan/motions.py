@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,11 @@ from xpheve.loop.long_range import (
     why_no_tree,
     work_of,
 )
-from xpheve.loop.motion import PLACES, MotionText
-from xpheve.loop.program import COMPILED, INTERPRETED, values_of
+from xpheve.loop.motion import PLACES, STILL_LEFT, STILL_RIGHT, MotionText
+from xpheve.loop.program import COMPILED, INTERPRETED, LISTED, Couples, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
-from xpheve.steppers.contract import Array
+from xpheve.steppers.contract import Array, Rows
 from xpheve.trace.inverse_square import inverse_square
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
 
 
+LONG_RUN = 8
+"""Pairs of one still row with rows side by side, from which on average it pays to go through these row by row."""
 STEADY = "core:symplectic"
 """How the ids of steppers begin that bear a tree's error; where none was asked for, steps of a given length are such a one's, too."""
 
@@ -79,6 +81,8 @@ class Motion:
         self._followed = -1
         self._given: list[dict[str, Any]] | None = None
         self._found: list[str] = []
+        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
+        self._runs: dict[int, Runs | None] = {}
         self._hows = self._ways()
         pair_kinds = [
             PairKind(one.term, how, one.which is None) for one, how in zip(self.couples, self._hows, strict=True)
@@ -88,7 +92,6 @@ class Motion:
         self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges, self.courses is not None)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
-        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
         self._linked: list[Any] = []
@@ -127,7 +130,13 @@ class Motion:
         return self._found
 
     def _ways_of(self) -> list[str]:
-        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        found = [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        for number, how in enumerate(found):
+            if how == LISTED and number not in self._runs:
+                self._runs[number] = runs_of(self.couples[number], self.moving)
+            runs = self._runs.get(number)
+            found[number] = how if runs is None else runs.how
+        return found
 
     @property
     def _steady(self) -> bool:
@@ -177,15 +186,18 @@ class Motion:
         counts = [len(self.segments), self.rows, self.moving, suns]
         lists = []
         self._own: list[Array] = []
-        for couples, how in zip(self.couples, self._hows, strict=True):
-            right = couples.right
+        for number, (couples, how) in enumerate(zip(self.couples, self._hows, strict=True)):
+            left, right, of = couples.left, couples.right, couples.which
+            runs = self._runs.get(number)
+            if runs is not None:
+                left, right, of = runs.still, runs.rows, runs.which
             if how == TREE:
                 right = np.zeros(tree.ints(len(couples.left)), dtype=np.int64)
             self._own.append(np.zeros(tree.floats(len(couples.left)) + TOLD if how == TREE else 1))
             places = at + couples.term.size * np.arange(len(couples.laws), dtype=np.int64)
-            counts += [len(couples.left), at]
-            which = places if couples.which is None else places[couples.which]
-            lists += [couples.left, right if len(right) else _NOTHING, which]
+            counts += [len(left), at]
+            which = places if of is None else places[of]
+            lists += [left, right if len(right) else _NOTHING, which]
             at += couples.term.size * len(couples.laws) + (TREE_PARAMETERS if how == TREE else 0)
         whole = [np.array(counts, dtype=np.int64), np.array(segments or [0], dtype=np.int64), _NOTHING]
         return [*whole, *(np.ascontiguousarray(one, dtype=np.int64) for one in lists)]
@@ -339,6 +351,48 @@ class Motion:
         return LawFailedError(
             f"motion leaves the range of floats after t = {t[0]} s; the engine stands just before. Look at the forces, or at the positions"
         )
+
+
+class Runs(NamedTuple):
+    """Pairs of rows that do not move with rows that do.
+
+    Attributes
+    ----------
+    how
+        `STILL_LEFT` or `STILL_RIGHT`: on which side the former are.
+    still
+        For each run the row that does not move, (runs,).
+    rows
+        The first of its partners, and the one after the last, (2 runs,).
+    which
+        The law whose pairs they are, (runs,); None if there is one.
+    """
+
+    how: str
+    still: Rows
+    rows: Rows
+    which: Rows | None
+
+
+def runs_of(couples: Couples, moving: int) -> Runs | None:
+    """The listed pairs of ``couples`` as runs; None if both of a pair move, below ``moving``, or runs are short.
+
+    The forces on a row are summed in the order of laws, then of rows that act, whichever other rows there are.
+    """
+    for how, still, felt in ((STILL_LEFT, couples.left, couples.right), (STILL_RIGHT, couples.right, couples.left)):
+        if not len(still) or (still < moving).any() or (felt >= moving).any():
+            continue
+        law = np.zeros_like(still) if couples.which is None else couples.which
+        order = np.lexsort((felt, still, law))
+        still, felt, law = still[order], felt[order], law[order]
+        new = (np.diff(still) != 0) | (np.diff(law) != 0) | (np.diff(felt) != 1)
+        first = np.concatenate([[0], 1 + np.flatnonzero(new)])
+        if LONG_RUN * len(first) > len(still):
+            return None
+        last = np.concatenate([first[1:], [len(still)]]) - 1
+        rows = np.stack([felt[first], felt[last] + 1], axis=1).ravel()
+        return Runs(how, still[first], rows, None if couples.which is None else law[first])
+    return None
 
 
 ENTRY = f"""

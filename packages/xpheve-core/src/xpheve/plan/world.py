@@ -312,7 +312,10 @@ class World:
                         self.mark(bodies.objects[row])
                     continue
                 before = books.snapshot(self, batch)
-                new = batch.stepper.changed(batch.state, bodies, asked, self.time, self.sources(batch))
+                sources = self.sources(batch)
+                if sources is not None:
+                    sources.forget_rows()
+                new = batch.stepper.changed(batch.state, bodies, asked, self.time, sources)
                 books.after_step(self, batch, before, rows)
                 rows = list(new)
                 if self.is_source(batch):
@@ -386,12 +389,21 @@ class World:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
-            laws = self.ordered_laws({law for obj in objects for law in self.mapping.laws(obj)})
+            laws = self.ordered_laws(self._felt(objects))
             batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
             acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
             batch.sources = BatchSources(self, acting, objects, batch.signature)
             batch.lent = batch.sources.lent
         return batch.sources
+
+    def _felt(self, objects: Sequence[PhysicalObject]) -> dict[PhysicalLaw, None]:
+        """The laws of ``objects``, but for one-sided ones of which they are sources only."""
+        found: dict[PhysicalLaw, None] = {}
+        for obj in objects:
+            for law in self.mapping.laws(obj):
+                if law not in found and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj)):
+                    found[law] = None
+        return found
 
     def _belongs(self, law: ContinuousLaw, signature: Signature) -> bool:
         """Whether ``law`` is evaluated along the way in batches of ``signature``, or would be if it were not off."""
