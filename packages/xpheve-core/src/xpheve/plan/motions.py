@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from xpheve.plan.evaluation import BatchSources
     from xpheve.trace.inverse_square import InverseSquare
 
-COMPILE_AFTER = 20_000
-"""Evaluations times rows and pairs that are interpreted before it pays to compile: some tenths of a second. Both give the same bits."""
+COMPILE_AFTER = 50_000
+"""Evaluations times rows and pairs that are interpreted before it pays to compile: a second or two. Both give the same bits."""
 PAUSE = 200_000_000
 """Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
 EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
+PLACES_OF_CALL, FORCES, JACOBIANS = 2, 6, 7
+"""Four integers with the places that a driver hands to compiled forces, and the addresses of compiled ``forces`` and ``jacobians``."""
 FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
 
@@ -92,6 +94,9 @@ class Motion:
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
+        self._linked: list[Any] = []
+        """Kernels that compiled drivers call; they must be kept."""
+        self._addresses = np.zeros(2, dtype=np.int64)
         self.buffers: dict[str, Any] = {}
         """What steppers keep for their drivers, by driver: layouts, made again at any time."""
         self._lists = self._whole_numbers()
@@ -283,8 +288,10 @@ class Motion:
             places = {int(row): self.moving + k for k, row in enumerate(self.held.sources.tolist())}
             self._floats[4 - 1] = self.courses.numbers(places)
         whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
+        kernel = self._kernel(driver, tier)
+        d[[FORCES, JACOBIANS]] = self._addresses
         try:
-            found = self._kernel(driver, tier)([s, *self._floats], whole)
+            found = kernel([s, *self._floats], whole)
         except (ArithmeticError, ValueError) as error:
             raise self.sources._kernel_failed(error) from error
         for law, term in self.held.terms.items():
@@ -306,14 +313,29 @@ class Motion:
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
         found = self._kernels.get((driver, tier))
         if found is None:
-            from xpheve.compile import assemble, compiled, interpreted
-            from xpheve.loop.drivers import driver_text
-
-            text = assemble(self.text.text() + self._more(driver) + driver_text(driver), self.held.program.files)
-            labels = " + ".join(dict.fromkeys(term.trace.label for term in self.text.terms))
-            found = interpreted(text) if tier == INTERPRETED else compiled(text, what=f"{driver}: {labels}")
-            self._kernels[driver, tier] = found
+            found = self._kernels[driver, tier] = self._made(driver, tier)
         return found
+
+    def _made(self, driver: str, tier: str) -> Callable[..., int]:
+        """The kernel of ``driver``: with the forces in one text, or, compiled, calling those of the motion, so that it is compiled once for all."""
+        from xpheve.compile import assemble, compiled, interpreted
+        from xpheve.loop.drivers import LINKED, driver_text
+
+        files = self.held.program.files
+        forces, more = self.text.text(), self._more(driver)
+        labels = " + ".join(dict.fromkeys(term.trace.label for term in self.text.terms))
+        if tier == INTERPRETED:
+            return interpreted(assemble(forces + more + driver_text(driver), files))
+        if files:  # a kernel by hand may raise, which only its own text can tell
+            return compiled(assemble(forces + more + driver_text(driver), files), what=f"{driver}: {labels}")
+        linked = [compiled(assemble(forces + ENTRY.format("forces"), files), what=f"forces: {labels}")]
+        if more:
+            text = assemble(forces + more + ENTRY.format("jacobians"), files)
+            linked.append(compiled(text, what=f"jacobians: {labels}"))
+        for place, one in enumerate(linked):
+            self._addresses[place] = one.address  # type: ignore[attr-defined]
+        self._linked += linked
+        return compiled(assemble(LINKED + driver_text(driver)), what=f"driver {driver}")
 
     def _more(self, driver: str) -> str:
         """Text that ``driver`` needs besides ``forces``."""
@@ -373,4 +395,10 @@ def runs_of(couples: Couples, moving: int) -> Runs | None:
     return None
 
 
+ENTRY = f"""
+def entry(f, n):
+    d = n[2]
+    return {{}}(f, n, d[{PLACES_OF_CALL}], d[{PLACES_OF_CALL + 1}], d[{PLACES_OF_CALL + 2}], d[{PLACES_OF_CALL + 3}], f[1][0])
+"""
+"""The entry of forces, or jacobians, that compiled drivers call."""
 _NOTHING = np.zeros(1, dtype=np.int64)
