@@ -510,7 +510,10 @@ def fill_in(f: Buffers, n: Buffers) -> None:
         put_places(s, z, tiles, x, h, EXTRA_PLACE + 8 * k, 0.0)
         if d[SPEEDY]:
             put_speeds(s, z, tiles, v, h, EXTRA_SPEED + 8 * k)
-        forces(f, n, x, v, a, w + 3 * rows * (8 + k), s[T] + (s[T_REST] + h))
+        now = s[T] + (s[T_REST] + h)
+        if now >= s[WALL]:  # where a force jumps, what it is before counts
+            now = s[WALL] - 2.0**-52 * abs(s[WALL])
+        forces(f, n, x, v, a, w + 3 * rows * (8 + k), now)
         for j in range(tiles):
             for u in range(LANES):
                 s[curve + j * CURVE + u + E1 + LANES * k] = s[a + j * LANES + u] - s[z + j * SIZE + u + A]
