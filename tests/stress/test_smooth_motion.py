@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import random
 from typing import Any
 
 import mpmath
@@ -12,7 +10,6 @@ import numpy as np
 import pytest
 
 import xpheve as xp
-from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.steppers.symplectic import SYMPLECTIC
 
 pytestmark = pytest.mark.stress
@@ -166,9 +163,7 @@ def gap(found: Any, expected: Any) -> float:
     """Distance of two vectors, by the size of the expected one."""
     with mpmath.workdps(50):
         size = mpmath.sqrt(sum(mpmath.mpf(y) ** 2 for y in expected))
-        return float(
-            mpmath.sqrt(sum((mpmath.mpf(x) - y) ** 2 for x, y in zip(found, expected, strict=True))) / size
-        )
+        return float(mpmath.sqrt(sum((mpmath.mpf(x) - y) ** 2 for x, y in zip(found, expected, strict=True))) / size)
 
 
 def served(engine: xp.PhysicsEngine) -> set[str]:
@@ -368,7 +363,9 @@ def test_a_stiffness_of_a_million_million_in_closed_form(damping: float) -> None
             x = mpmath.re(c + half * h)
             v = mpmath.re(-(mpmath.mpf(10) ** 12) * h)
             # Sizes count: what has decayed to 1e-80 of where it began is 0 for all that matters.
-            worst = max(worst, abs(float(x - mpmath.mpf(body.position[0]))), abs(float(v - mpmath.mpf(body.velocity[0]))) / 1e6)
+            worst = max(
+                worst, abs(float(x - mpmath.mpf(body.position[0]))), abs(float(v - mpmath.mpf(body.velocity[0]))) / 1e6
+            )
     told(f"k = 1e12, damping {damping:g}", miss=worst)
     assert served(engine) == {"core:linear"}
     assert worst < 1e-14

@@ -99,6 +99,33 @@ def served_by(engine: xp.PhysicsEngine) -> str:
     return str(engine.explain())
 
 
+def test_forces_that_balance_to_rounding_make_no_step_shorter() -> None:
+    """The body in the middle is drawn to both sides alike; a fall at its final speed is steady: what is left of their forces is rounding."""
+    engine = xp.PhysicsEngine()
+    gravity = engine.add_law("basic:universal_gravity", gravitational_constant=1.0, softening=0.1)
+    bodies = [xp.PhysicalObject(mass=1.0, position=(k, 0.0, 0.1 * k)) for k in range(3)]
+    engine.add_objects(bodies, laws=[gravity])
+    engine.run(until=0.3)
+    assert steps_of(engine) < 20
+    assert bodies[1].position == pytest.approx((1.0, 0.0, 0.1), abs=1e-12)
+    assert bodies[0].position[0] + bodies[2].position[0] == pytest.approx(2.0, abs=1e-12)
+
+    engine = xp.PhysicsEngine(up="z")
+    laws = [
+        engine.add_law("basic:planet_gravity", acceleration=10.0),
+        engine.add_law("basic:quadratic_drag", density=1.0),
+    ]
+    stone = engine.add_object(xp.PhysicalObject(mass=1.0, drag_area=0.2), laws=laws)
+    engine.run(until=1000.0)
+    assert stone.velocity[2] == pytest.approx(-math.sqrt(2.0 * 10.0 / (0.47 * 0.2)), rel=1e-6)
+    assert steps_of(engine) < 2000
+
+
+def steps_of(engine: xp.PhysicsEngine) -> int:
+    """How many steps its groups have made."""
+    return sum(group["steps"] for group in engine.explain().data["groups"])
+
+
 def test_it_serves_what_has_no_closed_form_to_tolerances_and_leaves_host_steps_to_others() -> None:
     engine = xp.PhysicsEngine()
     bodies(engine)

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 COMPILE_AFTER = 50_000
 """Evaluations times rows and pairs that are interpreted before it pays to compile: a second or two. Both give the same bits."""
-PAUSE = 20_000_000
-"""Evaluations times rows and pairs of one compiled call: a few tenths of a second, so that nobody waits long."""
+PAUSE = 5_000_000
+"""Evaluations times rows and pairs of one compiled call: a tenth of a second, so that nobody waits long."""
 BREATH = COMPILE_AFTER // 5
 """The same of an interpreted call; a part of `COMPILE_AFTER`, so that a call ends there."""
 EVALUATIONS, BUDGET = 0, 1

@@ -111,7 +111,9 @@ def entry(f: Buffers, n: Buffers) -> int:
             answer = PAUSED
         else:
             answer = step(f, n)
-            if answer == REACHED and end(s)[0] >= s[WALL]:  # to the float: what the length of a step cannot hold is no step of its own
+            if (
+                answer == REACHED and end(s)[0] >= s[WALL]
+            ):  # to the float: what the length of a step cannot hold is no step of its own
                 answer = PAUSED
     if d[STEPS] > steps and s[SPAN] > 0.0:
         fill_in(f, n)
