@@ -27,6 +27,7 @@ from xpheve.loop.motion import PLACES, MotionText
 from xpheve.loop.program import COMPILED, INTERPRETED, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
+from xpheve.plan.programs import inverse_masses
 from xpheve.steppers.contract import Array
 from xpheve.trace.inverse_square import inverse_square
 
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 COMPILE_AFTER = 20_000
 """Evaluations times rows and pairs that are interpreted before it pays to compile: some tenths of a second. Both give the same bits."""
+MOST_LOOPS = 64
+"""Loops over pairs in one text up to which it is compiled unasked: each law without `between` has its own, and hundreds take minutes."""
 PAUSE = 200_000_000
 """Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
 EVALUATIONS, BUDGET = 0, 1
@@ -209,8 +212,7 @@ class Motion:
             at = slots.first[name]
             found[at : at + len(values), : values.shape[1]] = values
 
-        inverse = 1.0 / bodies.arrays["mass"][:, own]
-        put("inverse_mass", inverse)
+        put("inverse_mass", inverse_masses(self.world, own))
         put("stored", bodies.arrays["force"][:, own] / bodies.arrays["mass"][:, own])
         if "stored_working" in slots.first:
             put("stored_working", bodies.arrays["working"][:, own])
@@ -289,6 +291,7 @@ class Motion:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile
         enough = wish == "auto" and max(1, evaluations) * self.load >= COMPILE_AFTER
+        enough = enough and len(self.couples) <= MOST_LOOPS
         return COMPILED if wish == "always" or enough else INTERPRETED
 
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
