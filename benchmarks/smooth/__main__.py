@@ -122,7 +122,9 @@ def many_starts(variants: Sequence[Problem], peers: dict[str, ModuleType], sampl
             abs(problem.drift(end)) for problem, end in zip(variants, ends, strict=True) if problem.drift
         )
 
-    return _told(variants[0], measure.take_turns(replace(variants[0], error=error, drift=drift), together, samples))
+    return _told(
+        variants[0], measure.take_turns(replace(variants[0], error=error, drift=drift), together, min(samples, 5))
+    )
 
 
 def _told(problem: Problem, rows: Sequence[Row]) -> dict[str, Any]:

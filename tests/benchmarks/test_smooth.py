@@ -351,6 +351,8 @@ def test_bars_are_met_missed_or_untold() -> None:
     assert judged(bar("", "front"), slow).met is False
     assert judged(bar("", "front", peer="poor"), slow).met is True
     assert judged(bar("", "front", peer="nobody"), slow).met is None
+    rough = judged(bar("", "front", peer="fine"), point("xPheve a", 2.0, 1e-5, ours=True))
+    assert rough.met is True and "Below our least error, 1.0e-05, is only the peer: 1.0e-09" in rough.found
     assert judged(bar("", "ratio", peer="fine", ratio=0.3), good, bad).met is True
     assert judged(bar("", "ratio", peer="fine", ratio=0.3, error=1e-9), good, bad).met is True
     assert judged(bar("", "ratio", peer="fine", ratio=0.1, error=1e-9), good, bad).met is False

@@ -51,6 +51,7 @@ RESULTS: dict[str, str] = {
     "tuple[float, float, float]": "(x, x, x)",
     "tuple[int, int, int]": "(x, x, x)",
     "tuple[float, float, float, float]": "(x, x, x, x)",
+    "tuple[float, float, float, float, float, float, float]": "(x, x, x, x, x, x, x)",
     "tuple[Vec, Vec, Vec]": "((x, x, x), (x, x, x), (x, x, x))",
     "tuple[Pair, Pair, Pair, Pair]": "((x, x), (x, x), (x, x), (x, x))",
     "tuple[Quat, Vec]": "((x, x, x, x), (x, x, x))",

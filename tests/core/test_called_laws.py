@@ -59,8 +59,8 @@ class PairCalled(xp.PairLaw):
 
 
 def scene(*kinds: type[xp.PhysicalLaw], count: int = 3) -> xp.PhysicsEngine:
-    """An engine with ``count`` objects under laws of ``kinds``, and drag."""
-    engine = xp.PhysicsEngine()
+    """An engine with ``count`` objects under laws of ``kinds``, and drag, in steps of the midpoint rule: what is traced would have better."""
+    engine = xp.PhysicsEngine(stepper="core:midpoint")
     laws = [engine.add_law(kind) for kind in kinds] + [engine.add_law("basic:linear_drag", coefficient=0.1)]
     engine.add_objects(
         [xp.PhysicalObject(position=(1.0 + k, 0.3 * k, -k), mass=1.0 + k, velocity=(0, 1, k)) for k in range(count)],

@@ -165,9 +165,7 @@ def gap(found: Any, expected: Any) -> float:
     """Distance of two vectors, by the size of the expected one."""
     with mpmath.workdps(50):
         size = mpmath.sqrt(sum(mpmath.mpf(y) ** 2 for y in expected))
-        return float(
-            mpmath.sqrt(sum((mpmath.mpf(x) - y) ** 2 for x, y in zip(found, expected, strict=True))) / size
-        )
+        return float(mpmath.sqrt(sum((mpmath.mpf(x) - y) ** 2 for x, y in zip(found, expected, strict=True))) / size)
 
 
 def served(engine: xp.PhysicsEngine) -> set[str]:
@@ -367,7 +365,9 @@ def test_a_stiffness_of_a_million_million_in_closed_form(damping: float) -> None
             x = mpmath.re(c + half * h)
             v = mpmath.re(-(mpmath.mpf(10) ** 12) * h)
             # Sizes count: what has decayed to 1e-80 of where it began is 0 for all that matters.
-            worst = max(worst, abs(float(x - mpmath.mpf(body.position[0]))), abs(float(v - mpmath.mpf(body.velocity[0]))) / 1e6)
+            worst = max(
+                worst, abs(float(x - mpmath.mpf(body.position[0]))), abs(float(v - mpmath.mpf(body.velocity[0]))) / 1e6
+            )
     told(f"k = 1e12, damping {damping:g}", miss=worst)
     assert served(engine) == {"core:linear"}
     assert worst < 1e-14
@@ -527,9 +527,7 @@ LEAST = 5e-324
 def test_denormal_places_and_speeds_disturb_nobody(stepper: str, how: Any, place: Any, speed: Any) -> None:
     """An oscillator with denormal components beside common ones: those as ever, these still next to nothing."""
     engine, body = one_body(Spring, stepper, place, speed)
-    plain, twin = one_body(
-        Spring, stepper, *([c if abs(c) > 1e-300 else 0.0 for c in one] for one in (place, speed))
-    )
+    plain, twin = one_body(Spring, stepper, *([c if abs(c) > 1e-300 else 0.0 for c in one] for one in (place, speed)))
     for one in (engine, plain):
         one.run(until=10.0, **how)
     apart = max(math.dist(body.position, twin.position), math.dist(body.velocity, twin.velocity))

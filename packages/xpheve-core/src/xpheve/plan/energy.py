@@ -211,7 +211,6 @@ def _running_work(world: World, shot: Snapshot) -> dict[str, list[float]]:
         rows, found = batch.state.rows, work.setdefault(label_of(batch), [])
         if batch.stepper.books_work:
             found += [value for name in ("work", "work_rest") for value in batch.state.arrays[name][0].tolist()]
-            found += batch.stepper.work_since(batch.state, world.time)
             found += batch.stepper.running_work(batch.state, bodies, world.time, slice(None)).tolist()
         if batch.working is not None:
             found += (batch.working * (shot["position"][:, rows] - bodies.arrays["position"][:, rows])).ravel().tolist()

@@ -33,7 +33,7 @@ def loop_of(world: World, batch: Batch) -> dict[str, Any]:
         return _driven_by(world, batch, sources)
     tier, because = _tier(world, batch, sources)
     calls = "one step in a call, each law called by itself" if tier == ALONE else _calls(world, batch, sources)
-    kernel = None if tier == ALONE else sources.program.made(tier)
+    kernel = None if tier == ALONE or sources.program is None else sources.program.made(tier)
     told = (
         {name: getattr(kernel, name) for name in ("what", "origin", "seconds")} if hasattr(kernel, "origin") else None
     )
@@ -65,6 +65,8 @@ def _tier(world: World, batch: Batch, sources: BatchSources) -> tuple[str, str]:
         program = sources.program
     except XpheveError as error:
         return ALONE, str(error)
+    if program is None and sources._motion is not None and batch.signature in world.tiers:
+        return world.tiers[batch.signature], "what acts on it is followed as polynomials"
     if program is None:
         return ALONE, sources.why_alone or "objects that move act on it by one-sided laws"
     ran = batch.state.numbers.get("steps", 0) > 0
@@ -136,7 +138,7 @@ def told_of(
     """What is said of a law that is evaluated along the way; ``tiers`` are those of the batches, by number."""
     own = [tiers[batch.number] for batch in world.batches if law in batch.laws and batch.number in tiers]
     found = {
-        "tier": ", ".join(dict.fromkeys(own)),
+        "tier": ", ".join(filter(None, dict.fromkeys(own))),
         "switched": world.is_switched(law),
         "share": shares.get(law),
         "summed": summed(world, law),

@@ -21,7 +21,7 @@ GOOD = 0.1
 """Steps times rate that a second-order step resolves to about a thousandth: GOOD^2 / 12."""
 LOST = 0.1
 """Energy that a run may lose or make, of all there is, before somebody is told."""
-LONG = 50
+LONG = 500
 """Host steps from which on a run looks at its energy."""
 MOST = 20_000
 """Rows and pairs up to which that is asked."""
@@ -30,7 +30,7 @@ SHORT = 1e-3
 
 
 def warn_of_steps(world: World) -> None:
-    """Warn of batches whose forces change too fast for the host steps, once for each signature.
+    """Warn of batches whose forces change too fast for the host steps; looked at once for each signature and length of step.
 
     With w the rate [1/s] at which the acceleration changes along the way that a group goes, w^2 = |da| / |dx| or w = |da| / |dv|, an explicit
     symmetric step h is stable for h w < 2 (Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.4).
@@ -39,15 +39,16 @@ def warn_of_steps(world: World) -> None:
     if dt is None:
         return
     for batch in world.batches:
-        if not batch.signature.laws or not batch.state.count or batch.signature in world.told:
+        asked = batch.signature, dt
+        if not batch.signature.laws or not batch.state.count or asked in world.looked_at:
             continue
         limit = batch.stepper.limit
         if not math.isfinite(limit) or batch.choice.offers[batch.stepper.id].exact:
             continue
+        world.looked_at.add(asked)
         rate, row = rate_of(world, batch, dt)
         if dt * rate <= limit:
             continue
-        world.told.add(batch.signature)
         name = world.bodies.objects[row].label
         warnings.warn(
             f"dt = {dt} s does not resolve the forces of {', '.join(batch.signature.laws)} on {name}: at t = {world.time[0]} s they change "

@@ -19,10 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from xpheve.laws import ContinuousLaw, PairLaw
-from xpheve.loop.program import values_of
 from xpheve.plan.driven import immovable
 from xpheve.plan.hand_kernels import formula_of
-from xpheve.plan.programs import term_of
 from xpheve.steppers.contract import Array
 
 if TYPE_CHECKING:
@@ -50,7 +48,7 @@ def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
         return False
     laws = {law: None for obj in group for law in world.continuous_laws(obj)}
     traces = [formula_of(law) for law in laws]
-    if not _may_decay(traces):
+    if not may_decay(traces):
         return False
     system = _System(world, group, [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)])
     x, v = system.state
@@ -67,7 +65,7 @@ def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
         return _is_stiff(x, v, *system.derivatives(x, v), reads_places)
 
 
-def _may_decay(traces: Sequence[Any]) -> bool:
+def may_decay(traces: Sequence[Any]) -> bool:
     """Whether a law reads velocities, all have formulas that can be derived, and none turns objects."""
     from xpheve.trace.graph import walk
 
@@ -110,6 +108,8 @@ class _System:
     """The equations of motion of one group."""
 
     def __init__(self, world: World, group: Sequence[PhysicalObject], laws: Sequence[ContinuousLaw]) -> None:
+        from xpheve.plan.programs import term_of
+
         self.world, self.group, self.laws = world, list(group), laws
         self.places = {obj: k for k, obj in enumerate(self.group)}
         self.state = self._read("position"), self._read("velocity")
@@ -120,6 +120,8 @@ class _System:
 
     def derivatives(self, x: Array, v: Array) -> tuple[Array, Array, Array]:
         """Accelerations (3 n) at places ``x`` and velocities ``v``, and their derivatives by both (3 n, 3 n)."""
+        from xpheve.loop.program import values_of
+
         n = len(x)
         bodies = self.world.bodies
         mass = np.repeat([bodies.get("mass", obj._row)[0] for obj in self.group], 3)

@@ -157,9 +157,7 @@ class Pack:
                 "response": "respond(self, contact)",
                 "free": "enforce_this_law(self, event)",
                 "flow": "flow(self, body, dt)",
-            }.get(
-                spec.kind, "force(self, a, b)" if spec.kind == "pair" else "force(self, body)"
-            )
+            }.get(spec.kind, "force(self, a, b)" if spec.kind == "pair" else "force(self, body)")
             raise LawDefinitionError(f"{_where(law)} has the id {law.id!r} but says nothing: write {method}")
         if not spec.doc and sys.flags.optimize < 2:
             self.remarks.append(f"{law.id} has no docstring, so that listings cannot say what it does")

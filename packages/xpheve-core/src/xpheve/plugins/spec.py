@@ -123,7 +123,9 @@ def spec_of(law: type[PhysicalLaw]) -> LawSpec:
 
     """
     if not (isinstance(law, type) and issubclass(law, PhysicalLaw)):
-        raise LawDefinitionError(f"{law!r} is no law class: derive from FieldLaw, PairLaw, FlowLaw, ResponseLaw or PhysicalLaw")
+        raise LawDefinitionError(
+            f"{law!r} is no law class: derive from FieldLaw, PairLaw, FlowLaw, ResponseLaw or PhysicalLaw"
+        )
     where = f"{law.__module__}.{law.__qualname__}"
     for name in law.params:
         if not isinstance(inspect.getattr_static(law, name, None), Param):

@@ -355,7 +355,8 @@ class Stepper(ABC):
         rows: Sequence[int] | Rows = ()
         for k in range(steps):
             end = grid.point(k + 1)
-            rows = self.advance(state, bodies, end, end, settings, sources).rows
+            while self.covered(state) < end:  # steps may be shorter than host steps
+                rows = self.leap(state, bodies, end, end, settings, sources).rows
         return Stop(self.covered(state), rows)
 
     @abstractmethod
@@ -389,13 +390,6 @@ class Stepper(ABC):
 
     def resume(self, state: State, bodies: Bodies, t: Instant, sources: Sources | None) -> None:  # noqa: B027
         """Make again what is not in the arrays and numbers of ``state``, which were restored from a checkpoint."""
-
-    def work_since(self, state: State, t: Instant) -> Sequence[float]:
-        """Work [J] on each row that a stepper that `books_work` has not yet put into its arrays: over the present step, until ``t``.
-
-        Empty where that is what the forces in ``state.arrays["working"]`` have done.
-        """
-        return ()
 
     def covered(self, state: State) -> Instant:
         """Until when the batch is known without another step."""

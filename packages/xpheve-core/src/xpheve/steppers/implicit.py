@@ -26,9 +26,9 @@ from xpheve.steppers.contract import (
     State,
     Stop,
 )
-from xpheve.steppers.flights import FlightState, spans_since
-from xpheve.steppers.midpoint import two_sums
+from xpheve.steppers.flights import FlightState
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import spans_since, two_sums
 
 DRIVER = "implicit"  # of xpheve.loop.drivers
 MOST_STAGES = radau_tables.STAGES[-1]

@@ -12,8 +12,8 @@ import numpy as np
 from xpheve.bodies import Bodies
 from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels import kepler
-from xpheve.kernels.clock import NEVER, Instant, later, two_sum
-from xpheve.kernels.elliptic import Pair, pair_add, pair_div, pair_mul, sum_exact
+from xpheve.kernels.clock import NEVER, Instant, later
+from xpheve.kernels.elliptic import pair_add, pair_div, pair_mul, sum_exact
 from xpheve.steppers.contract import (
     Array,
     Attraction,
@@ -30,6 +30,7 @@ from xpheve.steppers.contract import (
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.kepler_arrays import PLACES, moved, prepared
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import exact_spans
 
 FEW = 8
 """Rows up to which floats are quicker than arrays; both give the same bits."""
@@ -288,7 +289,7 @@ class Kepler(Smooth):
             pair = np.array(columns).reshape(len(places), 2, 3)
             return pair[:, 0].T, pair[:, 1].T
         arrays, rows = state.arrays, state.rows[places]
-        s, rest = spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
+        s, rest = exact_spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
         first, which, orbits = self._shared(state)
         # Two whose orbit is one are solved once, unless an event has just written one of them, or not all are asked for.
         if len(places) == state.count and bool(((s[first][which] == s) & (rest[first][which] == rest)).all()):
@@ -318,7 +319,7 @@ class Kepler(Smooth):
         arrays, solved = state.arrays, {} if state.held is None else state.held.solved
         for local in places:
             row = int(state.rows[local])
-            s, rest = span(t, bodies.clock_of(row))
+            s, rest = exact_spans(t, *bodies.clock_of(row))
             key = (float(arrays["pair"][0, local]), s, rest)
             if key not in solved:
                 solved[key] = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
@@ -354,18 +355,6 @@ def component(
     along = s * (drift + (0.5 * s) * g) + share * change
     there, left = sum_exact(x, along)
     return there + (left + ((s * drift_rest + rest * drift) + share * more)), v + (share * kick + s * g)
-
-
-def span(t: Instant, since: Instant) -> Pair:
-    """Time [s] from ``since`` to ``t``, as a pair."""
-    s, e = two_sum(t[0], -since[0])
-    return two_sum(s, e + (t[1] - since[1]))
-
-
-def spans(t: Instant, base: Array, offset: Array) -> tuple[Array, Array]:
-    """`span` for arrays, to the same bits."""
-    s, e = sum_exact(t[0], -base)  # type: ignore[arg-type]
-    return sum_exact(s, e + (t[1] - offset))  # type: ignore[return-value, arg-type]
 
 
 def _named(bodies: Bodies, rows: Sequence[int]) -> str:

@@ -8,10 +8,10 @@ corrected by as much as the last continuation was wrong. Places, velocities, wor
 Source: E. Everhart, in: Dynamics of Comets (1985), 185; H. Rein and D. S. Spiegel, MNRAS 446 (2015) 1424 (passes to the last digit, compensated
 sums); D. Pham, H. Rein and D. S. Spiegel, OJAp 7 (2024) (length of a step from the derivatives at its end).
 
-The numbers ``s``: `HEAD` numbers named below; then places, velocities, accelerations (padded to whole tiles, ``Z`` each), forces without potential
-at the eight nodes (3 N each), work and its remainder (N each); then tiles of `LANES` coordinates, each with `SLOTS` numbers for every coordinate.
-Coordinate c of row i is number c * N + i. What ``s`` holds of a step is its beginning and the accelerations along it: the state at its end is
-put together when the next begins.
+The numbers ``s``: `HEAD` numbers named below; then places, velocities, accelerations (padded to whole tiles), forces without potential at sixteen
+nodes (3 N each), work, its remainder, the power's series and the present step's work (`WORKS` N in all); then tiles of `LANES` coordinates, each with
+`SIZE` numbers, and tiles of `CURVE` numbers. Coordinate c of row i is number c * N + i. What ``s`` holds of a step is its beginning and the
+accelerations along it: the state at its end is put together when the next begins.
 """
 
 import math
@@ -42,7 +42,8 @@ RTOL, ATOL, PACE, FIXED, LEAST = 8, 9, 10, 11, 12
 """Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time."""
 NODE, PLACE, SPEED, EXTRA, EXTRA_PLACE, EXTRA_SPEED, SERIES, FORETOLD, SHARE = 32, 40, 104, 168, 176, 240, 304, 560, 624
 """Where the tables of `xpheve.kernels.radau` lie: nodes; weights of places and of speeds, 8 numbers a node; the same of extra nodes; coefficients of
-series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes weigh in the whole."""
+series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes
+weigh in the whole."""
 HEAD = 632
 
 LANES = 8
@@ -79,9 +80,12 @@ STALLED = 0.25
 MOST_PASSES = 12
 ROUGH = 1e-9
 """Relative changes that cannot be rounding's."""
-FLAW = 2e-13
-"""Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: at rtol = 1e-13 nothing is left to gain.
-True errors are a thousand times less, and grow with the 16th power of the length."""
+FLAW = 3e-14
+"""Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: from rtol = 1e-13 on
+little is left to gain. True errors are a thousand times less, and grow with the 16th power of the length."""
+SLIGHT = 0.01
+"""An acceleration that does less than this part of what tolerances allow, in a whole step, makes no step shorter: where forces balance, it is
+nothing but their rounding, which changes as soon as one looks."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
 FIRST = 0.01
@@ -107,6 +111,8 @@ def entry(f: Buffers, n: Buffers) -> int:
             answer = PAUSED
         else:
             answer = step(f, n)
+            if answer == REACHED and end(s)[0] >= s[WALL]:  # to the float: what the length of a step cannot hold is no step of its own
+                answer = PAUSED
     if d[STEPS] > steps and s[SPAN] > 0.0:
         fill_in(f, n)
     return answer
@@ -115,7 +121,8 @@ def entry(f: Buffers, n: Buffers) -> int:
 def is_covered(s: Buffers) -> bool:
     """Whether the present step ends at or after ``s[NEED]``."""
     t, rest = end(s)
-    return t > s[NEED] or (t == s[NEED] and rest >= s[NEED_REST])
+    covered: bool = t > s[NEED] or (t == s[NEED] and rest >= s[NEED_REST])
+    return covered
 
 
 def end(s: Buffers) -> tuple[float, float]:
@@ -205,11 +212,11 @@ def conclude(s: Buffers, d: Buffers, tiles: int, w: int, z: int, rows: int, movi
 
 def wanted(s: Buffers) -> float:
     """How long a step to try: as wished, but not past the wall; without a stump before it."""
-    wish = s[FIXED] if s[FIXED] > 0.0 else s[NEXT]
+    wish: float = s[FIXED] if s[FIXED] > 0.0 else s[NEXT]
     if s[WALL] == math.inf:
         return wish
     t, low = two_sum(s[WALL], -s[T])
-    left = t + (low + (s[WALL_REST] - s[T_REST]))
+    left: float = t + (low + (s[WALL_REST] - s[T_REST]))
     if wish >= left:
         return left
     if s[FIXED] > 0.0 or 2.0 * wish <= left:
@@ -223,24 +230,24 @@ def wanted(s: Buffers) -> float:
 def begin(s: Buffers, z: int, tiles: int, x: int, v: int) -> None:
     """Put places and velocities at the beginning where ``forces`` reads them."""
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            s[x + k * LANES + l] = s[i + X]
-            s[v + k * LANES + l] = s[i + V]
+        for u in range(LANES):
+            i = z + k * SIZE + u
+            s[x + k * LANES + u] = s[i + X]
+            s[v + k * LANES + u] = s[i + V]
 
 
 def first(s: Buffers, z: int, tiles: int, a: int) -> None:
     """Take the accelerations at the beginning."""
     for k in range(tiles):
-        for l in range(LANES):
-            s[z + k * SIZE + l + A] = s[a + k * LANES + l]
+        for u in range(LANES):
+            s[z + k * SIZE + u + A] = s[a + k * LANES + u]
 
 
 def forget(s: Buffers, z: int, tiles: int) -> None:
     """Foretell that forces stay as they are."""
     for k in range(tiles):
-        for l in range(7 * LANES):
-            i = z + k * SIZE + l
+        for u in range(7 * LANES):
+            i = z + k * SIZE + u
             s[i + F1] = 0.0
             s[i + P1] = 0.0
 
@@ -255,8 +262,8 @@ def foretell(s: Buffers, z: int, tiles: int, q: float) -> None:
     for node in range(1, 8):
         foretell_node(s, z, tiles, FORETOLD + 8 * node, LANES * (node - 1))
     for k in range(tiles):
-        for l in range(7 * LANES):
-            i = z + k * SIZE + l
+        for u in range(7 * LANES):
+            i = z + k * SIZE + u
             q = s[i + Q1]
             s[i + F1] = q + (s[i + F1] - s[i + P1])
             s[i + P1] = q
@@ -266,14 +273,12 @@ def foretell_node(s: Buffers, z: int, tiles: int, w: int, slot: int) -> None:
     """What the continued polynomial has at one node of the next step."""
     c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             s[i + slot + Q1] = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
 
 
-def passes(
-    f: Buffers, n: Buffers, z: int, tiles: int, x: int, v: int, a: int, w: int, dt: float, owed: float
-) -> float:
+def passes(f: Buffers, n: Buffers, z: int, tiles: int, x: int, v: int, a: int, w: int, dt: float, owed: float) -> float:
     """Find the forces at the nodes: 0 if they agree with the places, 1 if they do not, infinity if one is not finite."""
     s = f[0]
     d = n[2]
@@ -311,12 +316,11 @@ def seven(s: Buffers, w: int) -> tuple[float, float, float, float, float, float,
     return s[w], s[w + 1], s[w + 2], s[w + 3], s[w + 4], s[w + 5], s[w + 6]
 
 
-def blend(
-    s: Buffers, i: int, c1: float, c2: float, c3: float, c4: float, c5: float, c6: float, c7: float
-) -> float:
+def blend(s: Buffers, i: int, c1: float, c2: float, c3: float, c4: float, c5: float, c6: float, c7: float) -> float:
     """The sum of f_1 to f_7 by these weights, for the coordinate at ``i``."""
-    early = (c1 * s[i + F1] + c2 * s[i + F2]) + (c3 * s[i + F3] + c4 * s[i + F4])
-    return early + ((c5 * s[i + F5] + c6 * s[i + F6]) + c7 * s[i + F7])
+    early: float = (c1 * s[i + F1] + c2 * s[i + F2]) + (c3 * s[i + F3] + c4 * s[i + F4])
+    late: float = (c5 * s[i + F5] + c6 * s[i + F6]) + c7 * s[i + F7]
+    return early + late
 
 
 def weighed(s: Buffers, i: int, w: tuple[float, ...]) -> float:
@@ -327,56 +331,54 @@ def weighed(s: Buffers, i: int, w: tuple[float, ...]) -> float:
 def owe(s: Buffers, z: int, tiles: int, by: float) -> None:
     """What rounding has done to the place at the beginning, by the share of the acceleration there; and what was left owed, ``by`` 1 / dt."""
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             s[i + OWED] = s[SHARE] * s[i + X_REST] + by * s[i + CARRY]
 
 
-def put_places(
-    s: Buffers, z: int, tiles: int, x: int, h: float, w: int, share: float
-) -> None:
+def put_places(s: Buffers, z: int, tiles: int, x: int, h: float, w: int, share: float) -> None:
     """Places ``h`` [s] after the beginning, at the node with weights ``w``, whose acceleration has the ``share`` in the whole step's.
 
-    A place with a share is rounded so that what rounding has done to the places of a step, each by its share, cancels: then it hardly changes the velocity
-    at the end, however steep the forces are.
+    A place with a share is rounded so that what rounding has done to the places of a step, each by its share, cancels: then it hardly
+    changes the velocity at the end, however steep the forces are.
     """
     c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
     inverse = 1.0 / share if share > 0.0 else 0.0
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
             place, lost = two_sum(s[i + X], s[i + X_REST] + h * (s[i + V] + h * (0.5 * s[i + A] + f)))
             owed = s[i + OWED]
             put = place + (lost + owed * inverse)
             s[i + OWED] = owed + share * ((place - put) + lost)
-            s[x + k * LANES + l] = put
+            s[x + k * LANES + u] = put
 
 
 def put_speeds(s: Buffers, z: int, tiles: int, v: int, h: float, w: int) -> None:
     """Velocities ``h`` [s] after the beginning, at the node with weights ``w``."""
     c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
-            s[v + k * LANES + l] = s[i + V] + (s[i + V_REST] + h * (s[i + A] + f))
+            s[v + k * LANES + u] = s[i + V] + (s[i + V_REST] + h * (s[i + A] + f))
 
 
 def take(s: Buffers, z: int, tiles: int, a: int, slot: int) -> None:
     """Take the accelerations at a node."""
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            s[i + F1 + slot] = s[a + k * LANES + l] - s[i + A]
+        for u in range(LANES):
+            i = z + k * SIZE + u
+            s[i + F1 + slot] = s[a + k * LANES + u] - s[i + A]
 
 
 def take_last(s: Buffers, z: int, tiles: int, a: int) -> None:
     """Take the accelerations at the last node, and how they have changed since the last pass."""
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            new = s[a + k * LANES + l] - s[i + A]
+        for u in range(LANES):
+            i = z + k * SIZE + u
+            new = s[a + k * LANES + u] - s[i + A]
             s[i + Y0] = new - s[i + F7]
             s[i + F7] = new
 
@@ -419,8 +421,8 @@ def finish(s: Buffers, z: int, tiles: int, dt: float) -> None:
     """Carry places and velocities to the end of the step; products that count are without loss (Dekker; Veltkamp's halves)."""
     dt_high, dt_low = halves(dt)
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             v = s[i + V]
             a = s[i + A]
             s[i + CARRY] = s[i + OWED] * dt
@@ -485,7 +487,8 @@ def book_work(s: Buffers, work: int, rows: int, moving: int) -> None:
 def speed(s: Buffers, i: int, h: float, w: int) -> float:
     """Velocity along one coordinate ``h`` [s] after the beginning."""
     c1, c2, c3, c4, c5, c6, c7 = seven(s, w)
-    return s[i + V] + h * (s[i + A] + blend(s, i, c1, c2, c3, c4, c5, c6, c7))
+    found: float = s[i + V] + h * (s[i + A] + blend(s, i, c1, c2, c3, c4, c5, c6, c7))
+    return found
 
 
 # Within a step ------------------------------------------------------------------------------------------------------
@@ -495,7 +498,7 @@ def fill_in(f: Buffers, n: Buffers) -> None:
     """Find the motion within the present step as well as at its end, as a series: the polynomial of a step is best at its end.
 
     Forces are found once more where the polynomial leads to between the nodes; sixteen of them make a series as good as the step. This is no
-    part of the sequence of steps.
+    part of the sequence of steps, nor counted: how often it is done depends on who looks.
     """
     s = f[0]
     d = n[2]
@@ -509,9 +512,8 @@ def fill_in(f: Buffers, n: Buffers) -> None:
             put_speeds(s, z, tiles, v, h, EXTRA_SPEED + 8 * k)
         forces(f, n, x, v, a, w + 3 * rows * (8 + k), s[T] + (s[T_REST] + h))
         for j in range(tiles):
-            for l in range(LANES):
-                s[curve + j * CURVE + l + E1 + LANES * k] = s[a + j * LANES + l] - s[z + j * SIZE + l + A]
-    d[0] += 8
+            for u in range(LANES):
+                s[curve + j * CURVE + u + E1 + LANES * k] = s[a + j * LANES + u] - s[z + j * SIZE + u + A]
     for m in range(16):
         put_coefficient(s, z, curve, tiles, m)
     if d[WORKING]:
@@ -526,9 +528,9 @@ def put_coefficient(s: Buffers, z: int, curve: int, tiles: int, m: int) -> None:
     e8 = s[w + 15]
     whole = 1.0 if m == 0 else 0.0
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
-            j = curve + k * CURVE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
+            j = curve + k * CURVE + u
             f = blend(s, i, c1, c2, c3, c4, c5, c6, c7)
             f += blend(s, j + E1 - F1, e1, e2, e3, e4, e5, e6, e7) + e8 * s[j + E8]
             s[j + LANES * m] = f + whole * s[i + A]
@@ -573,13 +575,11 @@ def guess(s: Buffers, d: Buffers, z: int, rows: int, moving: int) -> float:
     return FIRST * least if least < math.inf else FIRST
 
 
-def measure(
-    s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, dt: float
-) -> float:
+def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, dt: float) -> float:
     """How long the next step should be, by ``dt``: as the row needs whose forces change soonest, or as tolerances allow."""
     for k in range(tiles):
-        for l in range(LANES):
-            i = z + k * SIZE + l
+        for u in range(LANES):
+            i = z + k * SIZE + u
             s[i + Y0] = s[i + A] + weighed(s, i, END)
             s[i + Y1] = weighed(s, i, SLOPE)
             s[i + Y2] = weighed(s, i, BEND)
@@ -606,17 +606,18 @@ def measure(
                 y3 += s[j + Y3] * s[j + Y3]
                 x = max(x, abs(s[j + X]))
                 v = max(v, abs(s[j + V]))
-            if y1 == 0.0 and y2 == 0.0 and y3 == 0.0:
+            room_v = s[ATOL] + s[RTOL] * v
+            room_x = s[ATOL] + s[RTOL] * x
+            whole = (sqrt(y0) + sqrt(y1)) * dt
+            if whole < SLIGHT * room_v and whole * dt < SLIGHT * room_x:
                 continue
             size = y0
             y0 += window * y1
             y1 += window * y2
             y2 += window * y3
-            square = pace * 2.0 * y0 / (y1 + sqrt(y0 * y2))
-            square = min(square, 1e16)
+            rate = y1 + sqrt(y0 * y2)
+            square = min(pace * 2.0 * y0 / rate, 1e16) if rate > 0.0 else 1e16
             flaw = FLAW * sqrt(size) * sqrt(square) * dt
-            room_v = s[ATOL] + s[RTOL] * v
-            room_x = s[ATOL] + s[RTOL] * x
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))

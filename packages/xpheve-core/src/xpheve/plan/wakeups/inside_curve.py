@@ -40,6 +40,7 @@ def inside_curve(
         [s] since the path began: where the window begins, how long it may be, and until when the path is known.
     """
     scale = curve.first_window()
+    outside: Callable[[float], bool]
     if isinstance(region.shape, Box):
         box = _Box(region, radius, curve)
         stop, changes = _changes(box.faces, start, wish, end, scale)
