@@ -391,3 +391,334 @@ def test_the_plan_takes_the_implicit_stepper_for_honey() -> None:
     engine.run(until=1e6)
     assert served(engine) == {"core:implicit"}
     assert body.position[0] == pytest.approx(1.0 - 1.1e-6, abs=1e-9)
+
+
+# Near collisions
+
+
+@pytest.mark.parametrize(("stepper", "share"), [("core:kepler", 1e-15), ("core:adaptive", 1e-13)])
+@pytest.mark.parametrize("eccentricity", [0.999, 0.999999, 0.999999999])
+def test_two_bodies_that_nearly_collide(stepper: str, share: float, eccentricity: float) -> None:
+    """From the farthest point through the nearest and on: against the orbit in sixty digits.
+
+    Rounding of places near the other body, of 1e-16 of the size of the orbit, counts by the nearest distance.
+    """
+    engine, period = two_bodies(stepper, eccentricity=eccentricity)
+    d, v = relative(engine)
+    worst = 0.0
+    for part in (0.4, 0.6, 1.4, 2.6):
+        until = part * period
+        engine.run(until=until, rtol=1e-13, atol=1e-300)
+        with mpmath.workdps(60):
+            place, speed = kepler(d, v, mpmath.mpf(2), mpmath.mpf(until))
+        found = relative(engine)
+        worst = max(worst, gap(found[0], place), gap(found[1], speed))
+    told(f"{stepper}, e = {eccentricity}", miss=worst)
+    assert served(engine) == {stepper}
+    assert worst < 10 * share / (1.0 - eccentricity) ** (0.0 if stepper == "core:kepler" else 1.0)
+
+
+def three_bodies(compile: str = "auto") -> xp.PhysicsEngine:
+    """Two that fall into one another from rest, nearly, and a third that hardly disturbs them."""
+    engine = xp.PhysicsEngine(compile=compile)
+    gravity = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
+    for mass, place, speed in (
+        (1.0, (-1.0, 0, 0), (0, -1e-4, 0)),
+        (1.0, (1.0, 0, 0), (0, 1e-4, 0)),
+        (1e-3, (0, 30.0, 0), (0.1, 0, 0)),
+    ):
+        engine.add_object(xp.PhysicalObject(mass=mass, position=place, velocity=speed), laws=[gravity])
+    return engine
+
+
+def test_three_bodies_of_which_two_pass_at_a_hundred_millionth_of_their_distance() -> None:
+    """Energy, momentum and angular momentum, through four encounters."""
+    engine = three_bodies()
+    begin, turn = engine.energy(), engine.angular_momentum()
+    nearest = math.inf
+    for k in range(1, 401):
+        engine.run(until=0.05 * k, **TIGHT)
+        a, b, _ = engine.objects
+        nearest = min(nearest, math.dist(a.position, b.position))
+    now = engine.energy()
+    energy = abs(now.total - begin.total)
+    momentum = math.dist(engine.momentum(), (1e-4, 0, 0))
+    spin = math.dist(engine.angular_momentum(), turn)
+    told("three bodies", energy=energy, momentum=momentum, spin=spin, nearest=nearest)
+    assert served(engine) == {"core:adaptive"}
+    assert energy < 1e-6 * abs(begin.total)
+    assert momentum < 1e-12
+    assert spin < 1e-12
+
+
+# Spins at the separatrix
+
+
+@pytest.mark.parametrize("lean", [1e-3, 1e-9, 1e-15, 0.0])
+def test_a_free_spin_at_the_separatrix(lean: float) -> None:
+    """About the middle axis, leaning by ever less: energy and angular momentum over ten thousand seconds, and unit orientation."""
+    engine = xp.PhysicsEngine()
+    body = xp.PhysicalObject(inertia=(1.0, 2.0, 3.0), angular_velocity=(lean, 1.0, lean / math.sqrt(3.0)))
+    engine.add_object(body)
+    begin, spin = engine.energy().kinetic, engine.angular_momentum()
+    energy, momentum = 0.0, 0.0
+    for until in (1.0, 20.0, 33.3, 60.0, 1e3, 1e4, 1e8):
+        engine.run(until=until)
+        energy = max(energy, abs(engine.energy().kinetic - begin))
+        momentum = max(momentum, math.dist(engine.angular_momentum(), spin))
+        assert math.hypot(*body.orientation) == pytest.approx(1.0, abs=1e-14)
+    told(f"separatrix, {lean:g}", energy=energy, momentum=momentum)
+    assert energy < 1e-14
+    assert momentum < 1e-14
+
+
+def spinning(stepper: str, moment: float) -> tuple[xp.PhysicsEngine, xp.PhysicalObject]:
+    """A body that spins about its middle axis, and a torque by its own weight."""
+    return one_body(
+        Weight(moment=moment), stepper, inertia=(1.0, 2.0, 3.0), angular_velocity=(1e-9, 1.0, 1e-9),
+        orientation=(0.8, 0.36, 0.48, 0.0),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("moment", [1e-12, 1e-6, 1e-2])
+def test_a_spin_at_the_separatrix_under_a_small_torque(moment: float) -> None:
+    """Energy and the angular momentum about the vertical stay; a composition of eighth order, in short steps, goes the same way."""
+    ends = []
+    for stepper, how in (("core:adaptive", TIGHT), ("core:symplectic8", {"dt": 1.0 / 128.0})):
+        engine, body = spinning(stepper, moment)
+        begin, spin = engine.energy().total, engine.angular_momentum()[2]
+        energy, momentum = 0.0, 0.0
+        for k in range(1, 21):
+            engine.run(until=2.0 * k, **how)
+            energy = max(energy, abs(engine.energy().total - begin))
+            momentum = max(momentum, abs(engine.angular_momentum()[2] - spin))
+        told(f"{stepper}, torque {moment:g}", energy=energy, momentum=momentum)
+        assert served(engine) == {stepper}
+        assert energy < 1e-13
+        assert momentum < 1e-13
+        ends.append([*body.orientation, *body.angular_velocity])
+    # Rounding of 1e-16 grows as exp(t / sqrt(3)) while the body stays near the middle axis: from 1e-9 on it does so for some 36 s.
+    apart = math.dist(*ends)
+    told(f"torque {moment:g}", apart=apart)
+    assert apart < 1e-5
+
+
+# Denormal numbers
+
+
+LEAST = 5e-324
+
+
+@pytest.mark.parametrize(
+    ("stepper", "how"),
+    [
+        ("", {}),
+        ("core:adaptive", {"rtol": 1e-13, "atol": 1e-13}),
+        ("core:implicit", {"rtol": 1e-9, "atol": 1e-12}),
+        ("core:symplectic8", {"dt": 1.0 / 64.0}),
+        ("core:midpoint", {"dt": 1.0 / 64.0}),
+    ],
+)
+@pytest.mark.parametrize(
+    ("place", "speed"), [((1.0, LEAST, 0.0), (0.0, 0.0, LEAST)), ((0.0, 1.0, LEAST), (1e-310, 0.0, 1.0))]
+)
+def test_denormal_places_and_speeds_disturb_nobody(stepper: str, how: Any, place: Any, speed: Any) -> None:
+    """An oscillator with denormal components beside common ones: those as ever, these still next to nothing."""
+    engine, body = one_body(Spring, stepper, place, speed)
+    plain, twin = one_body(Spring, stepper, *([c if abs(c) > 1e-300 else 0.0 for c in one] for one in (place, speed)))
+    for one in (engine, plain):
+        one.run(until=10.0, **how)
+    apart = max(math.dist(body.position, twin.position), math.dist(body.velocity, twin.velocity))
+    told(f"{stepper or 'plan'}, denormal", apart=apart)
+    assert apart < 1e-11
+
+
+@pytest.mark.parametrize("stepper", ["core:adaptive", "core:implicit", "core:symplectic4", "core:midpoint", ""])
+def test_a_mass_too_small_to_divide_by_is_told_of(stepper: str) -> None:
+    """1 / m is beyond all floats: served where it is not needed, else an error that names the object."""
+    engine, _ = one_body(Sun if stepper else Spring, stepper, velocity=(0, 1, 0), mass=1e-310, name="mote")
+    how = {"dt": 1e-3} if stepper.startswith(("core:s", "core:m")) else {}
+    with pytest.raises(LawFailedError, match="mote"):
+        engine.run(until=1.0, **how)
+
+
+# Late, and far away
+
+
+@pytest.mark.parametrize(
+    ("stepper", "how"),
+    [
+        ("core:kepler", {}),
+        ("core:adaptive", TIGHT),
+        ("core:symplectic6", {"dt": 2.0**-7}),
+        ("core:midpoint", {"dt": 2.0**-7}),
+        ("core:implicit", {"rtol": 1e-9, "atol": 1e-12}),
+    ],
+)
+def test_the_same_motion_thirty_years_later(stepper: str, how: dict[str, float]) -> None:
+    """A scene that begins at t = 2^30 s moves as one that begins at 0: time is kept in two floats."""
+    found = []
+    for begin in (0.0, 2.0**30):
+        engine = xp.PhysicsEngine(stepper=stepper)
+        engine.run(until=begin, **how)
+        gravity = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
+        for sign in (1.0, -1.0):
+            body = xp.PhysicalObject(position=(sign, 0, 0), velocity=(0, 0.3 * sign, 0))
+            engine.add_object(body, laws=[gravity])
+        engine.run(until=begin + 20.0, **how)
+        assert served(engine) == {stepper}
+        found.append([c for body in engine.objects for c in (*body.position, *body.velocity)])
+    apart = math.dist(*found)
+    told(f"{stepper} at 2^30 s", apart=apart)
+    assert apart < (1e-12 if stepper != "core:implicit" else 1e-7)
+
+
+@pytest.mark.parametrize(
+    ("stepper", "how", "bound"),
+    [
+        ("core:kepler", {}, 1.0),
+        ("core:adaptive", TIGHT, 1.0),
+        ("core:symplectic8", {"dt": 2.0**10}, 1.0),
+    ],
+)
+def test_an_orbit_a_million_million_metres_away(stepper: str, how: dict[str, float], bound: float) -> None:
+    """An orbit of 1e8 m at 1e12 m from the origin, where floats are 1.2e-4 m apart: what each look tells is right to some of these steps."""
+    engine, period = two_bodies(stepper, 1e8, (1e24, 1e21), 0.5, 6.67e-11, centre=1e12)
+    d, v = relative(engine)
+    until = 5.3 * period
+    engine.run(until=until, **how)
+    with mpmath.workdps(50):
+        mu = mpmath.mpf(6.67e-11) * (mpmath.mpf(1e24) + mpmath.mpf(1e21))
+        place, _ = kepler(d, v, mu, mpmath.mpf(until))
+        miss = float(mpmath.sqrt(sum((x - y) ** 2 for x, y in zip(relative(engine)[0], place, strict=True))))
+    told(f"{stepper} at 1e12 m", miss=miss)
+    assert served(engine) == {stepper}
+    assert miss < bound
+
+
+# Many at once, and many events
+
+
+@pytest.mark.parametrize(
+    ("stepper", "how", "bound"),
+    [("core:adaptive", TIGHT, 1e-12), ("core:symplectic8", {"dt": 1 / 64}, 1e-5), ("core:kepler", {}, 1e-12)],
+)
+def test_a_thousand_groups_at_once(stepper: str, how: dict[str, float], bound: float) -> None:
+    """Pairs of all eccentricities up to 0.9, each at its own place: each keeps its own energy and angular momentum."""
+    engine = xp.PhysicsEngine(stepper=stepper)
+    chance = random.Random(5)
+    for k in range(1000):
+        speed = 0.5 * math.sqrt(1.0 - 0.9 * chance.random())
+        pair = [
+            xp.PhysicalObject(position=(5.0 * (k % 40) + sign, 5.0 * (k // 40), 0), velocity=(0, sign * speed, 0))
+            for sign in (1.0, -1.0)
+        ]
+        for body in pair:
+            engine.add_object(body)
+        engine.add_law("basic:universal_gravity", gravitational_constant=1.0, between=([pair[0]], [pair[1]]))
+
+    def invariants() -> Any:
+        x, v = (getattr(engine.bodies, name).reshape(1000, 2, 3) for name in ("position", "velocity"))
+        d, u = x[:, 0] - x[:, 1], v[:, 0] - v[:, 1]
+        energy = 0.5 * (v**2).sum(axis=(1, 2)) - 1.0 / np.sqrt((d**2).sum(axis=1))
+        return np.array([energy, d[:, 0] * u[:, 1] - d[:, 1] * u[:, 0], *v.sum(axis=1).T])
+
+    begin = invariants()
+    engine.run(until=20.0, **how)
+    miss = float(abs(invariants() - begin).max())
+    told(f"{stepper}, 1,000 groups", miss=miss)
+    assert served(engine) == {stepper}
+    assert miss < bound
+
+
+@pytest.mark.parametrize(
+    ("stepper", "how", "bound"),
+    [
+        ("core:linear", {}, 1e-12),
+        ("core:adaptive", TIGHT, 1e-11),
+        ("core:implicit", {"rtol": 1e-10, "atol": 1e-12}, 1e-6),
+        ("core:symplectic8", {"dt": 1 / 16}, 1e-9),
+        ("core:symplectic4", {"dt": 1 / 16}, 1e-4),
+        ("core:midpoint", {"dt": 1 / 16}, 0.3),
+    ],
+)
+def test_a_thousand_kicks_in_the_midst_of_steps(stepper: str, how: dict[str, float], bound: float) -> None:
+    """Of an oscillator, at random times: each kick begins an oscillation of its own, and they add up; another one beside is left alone."""
+    engine, body = one_body(Spring, stepper, velocity=(0.0, 0.5, 0.0))
+    other = engine.add_object(xp.PhysicalObject(mass=1.0, position=(0, 1, 0)), laws=[engine.laws[0]])
+    alone, twin = one_body(Spring, stepper, position=(0, 1, 0))
+    chance = random.Random(7)
+    kicks, t = [], 0.0
+    for _ in range(1000):
+        t += chance.uniform(0.0, 0.4)
+        kick = chance.choice((-1.0, 1.0)) / 64.0
+        engine.run(until=t, **how)
+        alone.run(until=t, **how)
+        before = body.velocity
+        body.velocity = (before[0] + kick, before[1], before[2])
+        kicks.append((t, body.velocity[0] - before[0]))
+    engine.run(until=t + 1.0, **how)
+    alone.run(until=t + 1.0, **how)
+    x = math.fsum([math.cos(t + 1.0), *(kick * math.sin(t + 1.0 - when) for when, kick in kicks)])
+    v = math.fsum([-math.sin(t + 1.0), *(kick * math.cos(t + 1.0 - when) for when, kick in kicks)])
+    miss = math.dist((body.position[0], body.velocity[0]), (x, v))
+    told(f"{stepper}, 1,000 kicks", miss=miss, beside=math.dist(other.position, twin.position))
+    assert served(engine) == {stepper}
+    assert miss < bound
+    assert math.dist(other.position, twin.position) < 1e-13  # of adaptive steps both share the first
+
+
+def test_a_thousand_kicks_of_an_orbit_in_closed_form() -> None:
+    """Kicks along the orbit, there and back: each adds v . kick + kick^2 / 2 to the energy, and the books know it."""
+    engine, _ = two_bodies("core:kepler", masses=(1.0, 1e-3))
+    light = engine.objects[1]
+    chance = random.Random(11)
+    expected, t = engine.energy().total, 0.0
+    for k in range(1000):
+        t += chance.uniform(0.0, 2.0)
+        engine.run(until=t)
+        v = light.velocity
+        new = (v[0], v[1], v[2] + (-1) ** k * 1e-3)
+        expected += 0.5 * 1e-3 * (new[2] - v[2]) * (new[2] + v[2])
+        light.velocity = new
+    miss = abs(engine.energy().total / expected - 1.0)
+    told("core:kepler, 1,000 kicks", miss=miss)
+    assert miss < 1e-12
+
+
+# No run without an end
+
+
+class Runaway(xp.FieldLaw):
+    """v' = v^2: infinite after a second."""
+
+    id = "stress:runaway"
+    rate = xp.Param(1.0, unit="kg/m")
+
+    def force(self, body: Any) -> Any:
+        """Along the velocity [N]."""
+        return self.rate * body.velocity.norm() * body.velocity
+
+
+@pytest.mark.parametrize("stepper", ["", "core:adaptive", "core:implicit"])
+def test_a_collision_of_points_and_a_runaway_end_with_an_error_that_names_the_time(stepper: str) -> None:
+    engine, _ = one_body(Runaway, stepper, velocity=(1.0, 0.0, 0.0))
+    with pytest.raises((NoStepperError, LawFailedError), match=r"t = 1\.0"):
+        engine.run(until=2.0)
+    assert 1.0 - 1e-6 < engine.time < 1.0 + 1e-6
+    engine = xp.PhysicsEngine(stepper=stepper)
+    gravity = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
+    for mass, place in ((1.0, (-1.0, 0, 0)), (1.0, (1.0, 0, 0)), (1e-6, (0, 50, 0))):
+        engine.add_object(xp.PhysicalObject(mass=mass, position=place), laws=[gravity])
+    with pytest.raises((NoStepperError, LawFailedError), match=r"t = 2\.2"):
+        engine.run(until=10.0)
+    assert engine.time == pytest.approx(math.pi / math.sqrt(2.0), rel=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore::xpheve.errors.ResolutionWarning")
+@pytest.mark.parametrize("stepper", ["core:symplectic2", "core:symplectic4", "core:midpoint"])
+def test_fixed_steps_that_leave_the_range_of_floats_end_with_an_error(stepper: str) -> None:
+    """A spring in steps five times too long."""
+    engine, _ = one_body(Spring, stepper)
+    with pytest.raises(LawFailedError, match="leaves the range of floats"):
+        engine.run(until=1e5, dt=5.0)

@@ -27,6 +27,7 @@ from xpheve.loop.motion import PLACES, STILL_LEFT, STILL_RIGHT, MotionText
 from xpheve.loop.program import COMPILED, INTERPRETED, LISTED, Couples, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
+from xpheve.plan.programs import inverse_masses
 from xpheve.steppers.contract import Array, Rows
 from xpheve.trace.inverse_square import inverse_square
 
@@ -40,6 +41,8 @@ PAUSE = 5_000_000
 """Evaluations times rows and pairs of one compiled call: a tenth of a second, so that nobody waits long."""
 BREATH = COMPILE_AFTER // 5
 """The same of an interpreted call; a part of `COMPILE_AFTER`, so that a call ends there."""
+MOST_LOOPS = 64
+"""Loops over pairs in one text up to which it is compiled unasked: each law without `between` has its own, and hundreds take minutes."""
 EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
 PLACES_OF_CALL, FORCES, JACOBIANS = 2, 6, 7
@@ -228,8 +231,7 @@ class Motion:
             at = slots.first[name]
             found[at : at + len(values), : values.shape[1]] = values
 
-        inverse = 1.0 / bodies.arrays["mass"][:, own]
-        put("inverse_mass", inverse)
+        put("inverse_mass", inverse_masses(self.world, own))
         put("stored", bodies.arrays["force"][:, own] / bodies.arrays["mass"][:, own])
         if "stored_working" in slots.first:
             put("stored_working", bodies.arrays["working"][:, own])
@@ -310,6 +312,7 @@ class Motion:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile
         enough = wish == "auto" and max(1, evaluations) * self.load >= COMPILE_AFTER
+        enough = enough and len(self.couples) <= MOST_LOOPS
         return COMPILED if wish == "always" or enough else INTERPRETED
 
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
