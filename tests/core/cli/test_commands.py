@@ -462,6 +462,18 @@ def test_warm_compiles_what_a_scene_needs_and_runs_nothing(
     assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 1
 
 
+def test_warm_compiles_the_driver_and_the_forces_of_a_scene_to_tolerances(call: Call, windy: Path) -> None:
+    windy.write_text("\n".join(line for line in WINDY.splitlines() if not line.startswith("dt")))
+    told = json.loads(call("warm", windy, "--compile", "always", "--json").stdout)
+    assert [one["what"] for one in told] == ["forces: basic:quadratic_drag", "driver radau15"]
+    assert {one["origin"] for one in told} <= {"compiled", "cache", "memory"}
+    (left,) = json.loads(call("warm", windy, "--json").stdout)
+    assert left["because"] == 'not compiled: compile="never"'
+    windy.write_text(WINDY.replace("basic:quadratic_drag", "basic:linear_drag").replace("\ndrag_area", "\n# drag_area"))
+    (exact,) = json.loads(call("warm", windy, "--compile", "always", "--json").stdout)
+    assert exact["because"] == "in closed form: core:linear"
+
+
 def test_warm_without_a_scene_compiles_each_law_of_the_packs(
     call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

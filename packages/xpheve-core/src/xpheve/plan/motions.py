@@ -308,6 +308,11 @@ class Motion:
         """The kernel of ``driver`` in ``tier`` if it was made already; None else."""
         return self._kernels.get((driver, tier))
 
+    def compile(self, driver: str) -> list[Any]:
+        """The compiled kernels of ``driver``, made now if they are not there yet: what it calls, and itself."""
+        kernel = self._kernel(driver, COMPILED)
+        return [*self._linked, kernel]
+
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile
