@@ -95,6 +95,8 @@ FORGIVE = 0.25
 """What the last step has left owed is forgiven in one shorter than this part of it."""
 SHRINK = 0.125
 """Of a step that failed."""
+IDLE = 0.1
+"""Of the tolerances: what forces change by less over a step is too little to make steps shorter. At rest it is rounding, at any length."""
 
 
 def entry(f: Buffers, n: Buffers) -> int:
@@ -616,7 +618,23 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))
+            if square < 1.0:
+                bend = swing(s, z, first, last, rows, i) * dt
+                if bend < IDLE * room_v and bend * dt < IDLE * room_x:
+                    square = 1.0
             if square < shortest:
                 shortest = square
                 d[WORST] = i
     return sqrt(shortest)
+
+
+def swing(s: Buffers, z: int, first: int, last: int, rows: int, i: int) -> float:
+    """How far the acceleration of a row goes, within the step, from where it was at the beginning."""
+    most = 0.0
+    for k in range(7):
+        square = 0.0
+        for c in range(first, last):
+            more = s[lane(z, c * rows + i) + F1 + LANES * k]
+            square += more * more
+        most = max(most, square)
+    return sqrt(most)
