@@ -312,7 +312,10 @@ class World:
                         self.mark(bodies.objects[row])
                     continue
                 before = books.snapshot(self, batch)
-                new = batch.stepper.changed(batch.state, bodies, asked, self.time, self.sources(batch))
+                sources = self.sources(batch)
+                if sources is not None and sources.made_motion is not None:
+                    sources.made_motion.forget()  # masses, columns and stored forces are numbers that drivers keep
+                new = batch.stepper.changed(batch.state, bodies, asked, self.time, sources)
                 books.after_step(self, batch, before, rows)
                 rows = list(new)
                 if self.is_source(batch):

@@ -106,8 +106,6 @@ class Stepped(Smooth):
     ) -> Sequence[int]:
         assert isinstance(state, FlightState)
         together = self.together(bodies, rows, sources)
-        if sources is not None and sources.motion is not None:
-            sources.motion.forget()
         places = self.changed_locals(bodies, together)
         kept = state.arrays["rests"][:, places], state.arrays["momentum"][:, places]
         same = ~self._written(state, bodies, places) & (self.covered(state) == t)
