@@ -25,6 +25,8 @@ KEPT = 20
 """Numbers of a coordinate that lead from step to step."""
 WORK = {0: "work", 1: "work_rest", 18: "gain"}
 """By their place in the driver's numbers, each for all rows: work over what is past, its remainder, and what the present step adds."""
+LIMITS = {"ahead": 0.0, "limit": 0.0, "limit_rest": 0.0}
+"""How far [s] the wall was from the beginning of the present step, and that instant."""
 TERMS = 16
 """Coefficients of the series of an acceleration, or power, within a step."""
 
@@ -55,7 +57,7 @@ class Adaptive(Smooth):
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "gain": 1, "power": TERMS, "stored": 3}
         counts = {"steps": 0.0, "refused": 0.0, "passes": 0.0, "evaluations": 0.0}
-        state = self.new_state(arrays, {"base": t[0], "offset": t[1], "span": 0.0, "next": 0.0} | counts)
+        state = self.new_state(arrays, {"base": t[0], "offset": t[1], "span": 0.0, "next": 0.0} | LIMITS | counts)
         self.join(state, rows, bodies, t)
         return state
 
@@ -70,7 +72,10 @@ class Adaptive(Smooth):
         self.begin(state, bodies, slice(first, None))
 
     def covered(self, state: State) -> Instant:
-        return later((state.numbers["base"], state.numbers["offset"]), state.numbers["span"])
+        numbers = state.numbers
+        if numbers["span"] > 0.0 and numbers["span"] == numbers["ahead"]:  # up to a wall
+            return numbers["limit"], numbers["limit_rest"]
+        return later((numbers["base"], numbers["offset"]), numbers["span"])
 
     # Steps
 
@@ -116,7 +121,7 @@ class Adaptive(Smooth):
         if answer == driver.TOO_SHORT:
             raise NoStepperError(
                 f"core:adaptive cannot go on at t = {numbers['base']} s: the forces on {sources.label(int(d[driver.WORST]))} change ever "
-                "faster there, as where points collide, or jump. Soften the forces, stop before, or give run(dt=...)"
+                "faster there, as where points collide, or jump. Soften the forces, stop before, loosen the tolerances, or give run(dt=...)"
             )
         return Stop(self.covered(state), state.rows)
 
@@ -133,6 +138,7 @@ class Adaptive(Smooth):
         s[driver.NODE : driver.HEAD] = tables()
         s[driver.T], s[driver.T_REST] = numbers["base"], numbers["offset"]
         s[driver.SPAN], s[driver.NEXT] = numbers["span"], numbers["next"]
+        s[driver.AHEAD : driver.LIMIT_REST + 1] = [numbers[name] for name in LIMITS]
         own = places[:, :, :moving]
         x, v = motion.pack(self.held(state, bodies), (numbers["base"], numbers["offset"]))
         s[places[0]], s[places[2]] = x, v
@@ -174,6 +180,7 @@ class Adaptive(Smooth):
         state.arrays["power"][:, order] = s[at : at + TERMS * motion.rows].reshape(TERMS, motion.rows)[:, :moving]
         numbers["base"], numbers["offset"] = float(s[driver.T]), float(s[driver.T_REST])
         numbers["span"], numbers["next"] = float(s[driver.SPAN]), float(s[driver.NEXT])
+        numbers |= dict(zip(LIMITS, s[driver.AHEAD : driver.LIMIT_REST + 1].tolist(), strict=True))
         numbers["evaluations"], numbers["steps"] = float(d[0]), float(d[driver.STEPS])
         numbers["refused"], numbers["passes"] = float(d[driver.REFUSED]), float(d[driver.PASSES])
         numbers["turning"] = 1.0 if motion.turning else 0.0

@@ -40,6 +40,8 @@ T, T_REST, SPAN, NEXT, NEED, NEED_REST, WALL, WALL_REST = 0, 1, 2, 3, 4, 5, 6, 7
 """When the present step began, and its length, 0 if there is none; the length wished for the next; until when to go, and never further [s]."""
 RTOL, ATOL, PACE, FIXED, LEAST = 8, 9, 10, 11, 12
 """Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time."""
+AHEAD, LIMIT, LIMIT_REST = 13, 14, 15
+"""How far the wall was from the beginning of the present step, and the wall: a step of that length ends there to the last digit."""
 NODE, PLACE, SPEED, EXTRA, EXTRA_PLACE, EXTRA_SPEED, SERIES, FORETOLD, SHARE = 32, 40, 104, 168, 176, 240, 304, 560, 624
 """Where the tables of `xpheve.kernels.radau` lie: nodes; weights of places and of speeds, 8 numbers a node; the same of extra nodes; coefficients of
 series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes
@@ -98,6 +100,8 @@ FORGIVE = 0.25
 """What the last step has left owed is forgiven in one shorter than this part of it."""
 SHRINK = 0.125
 """Of a step that failed."""
+IDLE = 0.1
+"""Of the tolerances: what forces change by less over a step is too little to make steps shorter. At rest it is rounding, at any length."""
 
 
 def entry(f: Buffers, n: Buffers) -> int:
@@ -128,7 +132,9 @@ def is_covered(s: Buffers) -> bool:
 
 
 def end(s: Buffers) -> tuple[float, float]:
-    """When the present step ends; as `xpheve.kernels.clock.later` has it."""
+    """When the present step ends; as `xpheve.kernels.clock.later` has it, but for steps up to a wall."""
+    if s[SPAN] > 0.0 and s[SPAN] == s[AHEAD]:
+        return s[LIMIT], s[LIMIT_REST]
     t, low = two_sum(s[T], s[SPAN])
     return two_sum(t, low + s[T_REST])
 
@@ -215,10 +221,12 @@ def conclude(s: Buffers, d: Buffers, tiles: int, w: int, z: int, rows: int, movi
 def wanted(s: Buffers) -> float:
     """How long a step to try: as wished, but not past the wall; without a stump before it."""
     wish: float = s[FIXED] if s[FIXED] > 0.0 else s[NEXT]
+    s[AHEAD] = 0.0
     if s[WALL] == math.inf:
         return wish
     t, low = two_sum(s[WALL], -s[T])
     left: float = t + (low + (s[WALL_REST] - s[T_REST]))
+    s[AHEAD], s[LIMIT], s[LIMIT_REST] = left, s[WALL], s[WALL_REST]
     if wish >= left:
         return left
     if s[FIXED] > 0.0 or 2.0 * wish <= left:
@@ -626,7 +634,23 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))
+            if square < 1.0:
+                bend = swing(s, z, first, last, rows, i) * dt
+                if bend < IDLE * room_v and bend * dt < IDLE * room_x:
+                    square = 1.0
             if square < shortest:
                 shortest = square
                 d[WORST] = i
     return sqrt(shortest)
+
+
+def swing(s: Buffers, z: int, first: int, last: int, rows: int, i: int) -> float:
+    """How far the acceleration of a row goes, within the step, from where it was at the beginning."""
+    most = 0.0
+    for k in range(7):
+        square = 0.0
+        for c in range(first, last):
+            more = s[lane(z, c * rows + i) + F1 + LANES * k]
+            square += more * more
+        most = max(most, square)
+    return sqrt(most)
