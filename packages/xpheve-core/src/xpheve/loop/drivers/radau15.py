@@ -95,6 +95,10 @@ FORGIVE = 0.25
 """What the last step has left owed is forgiven in one shorter than this part of it."""
 SHRINK = 0.125
 """Of a step that failed."""
+UNSEEN = 0.1
+"""A row whose acceleration changes within a step by less than this part of what tolerances see asks for no shorter one: it may be rounding that changes."""
+EASY = 1.5
+"""Such a row's next step, by the present one, at least."""
 
 
 def entry(f: Buffers, n: Buffers) -> int:
@@ -616,7 +620,21 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))
+            if square < EASY * EASY:
+                change = swing(s, z, rows, i, first, last) * dt
+                if change < UNSEEN * room_v and change * dt < UNSEEN * room_x:
+                    square = EASY * EASY
             if square < shortest:
                 shortest = square
                 d[WORST] = i
     return sqrt(shortest)
+
+
+def swing(s: Buffers, z: int, rows: int, i: int, first: int, last: int) -> float:
+    """By how much the acceleration of row ``i`` changes within the step, at its nodes."""
+    most = 0.0
+    for c in range(first, last):
+        j = lane(z, c * rows + i)
+        for slot in range(F1, P1, LANES):
+            most = max(most, abs(s[j + slot]))
+    return most
