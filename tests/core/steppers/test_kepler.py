@@ -463,7 +463,7 @@ def test_what_has_no_force_flies_straight(fixed: bool) -> None:
 
 
 def test_many_times_are_read_at_once_to_the_same_bits() -> None:
-    engine, one, other, _ = pair((0.1, 0.0, 0.02), (0.0, 4.2, 0.1), drift=(0.3, -0.1, 0.0), field=0.2)
+    engine, _, one, other = pair((0.1, 0.0, 0.02), (0.0, 4.2, 0.1), drift=(0.3, -0.1, 0.0), field=0.2)
     engine.run(until=0.3)
     world = engine._world
     times = [later((0.3, 0.0), s) for s in np.random.default_rng(1).uniform(0.0, 50.0, 100).tolist()]
