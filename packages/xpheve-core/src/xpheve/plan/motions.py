@@ -36,8 +36,10 @@ if TYPE_CHECKING:
 
 COMPILE_AFTER = 50_000
 """Evaluations times rows and pairs that are interpreted before it pays to compile: a second or two. Both give the same bits."""
-PAUSE = 200_000_000
-"""Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
+PAUSE = 20_000_000
+"""Evaluations times rows and pairs of one compiled call: a few tenths of a second, so that nobody waits long."""
+BREATH = COMPILE_AFTER // 5
+"""The same of an interpreted call; a part of `COMPILE_AFTER`, so that a call ends there."""
 EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
 PLACES_OF_CALL, FORCES, JACOBIANS = 2, 6, 7
@@ -277,8 +279,8 @@ class Motion:
         tier = self.tier(int(d[EVALUATIONS]))
         load = max(1, self.load)
         before = int(d[EVALUATIONS])
-        most = PAUSE if tier == COMPILED or self.world.compile == "never" else COMPILE_AFTER
-        d[BUDGET] = before + max(1, (most if tier == COMPILED else most - (before * load) % most) // load)
+        most = PAUSE if tier == COMPILED else BREATH - (before * load) % BREATH
+        d[BUDGET] = before + max(1, most // load)
         if self._floats is None:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
             room = np.zeros(scratch(self.text.terms))

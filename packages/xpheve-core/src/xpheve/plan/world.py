@@ -33,11 +33,11 @@ from xpheve.plan.groups import (
     choose,
     downstream,
     find_group,
-    signature_of,
     targets_of,
     torque_of,
 )
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
+from xpheve.plan.looks import Looks
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -426,6 +426,7 @@ class World:
         self._merge_into(batch, begin)
         sources = self.sources(batch)
         before = books.snapshot(self, batch, sources)
+        done = batch.state.numbers.get("steps", 0.0)
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
@@ -444,7 +445,9 @@ class World:
         self.time = max(self.time, begin)
         if len(stop.rows):
             everyone = len(stop.rows) == batch.state.count
-            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += 1
+            # By the steps, however many were made in one call: that depends on who looks.
+            made = max(1, int(batch.state.numbers.get("steps", 0.0) - done))
+            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += made
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
@@ -728,13 +731,12 @@ class World:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
         self.affine.clear()
-        levels: dict[PairLaw, int] = {}
-        by_signature: dict[Signature, list[PhysicalObject]] = {}
+        looks = Looks(self)
         done: set[PhysicalObject] = set()
         for obj in objects:
             self.groups.pop(obj, None)
         for obj in objects:
-            if obj in done or obj.fixed:
+            if obj._fixed or obj in done or looks.take_alone(obj):
                 continue
             joins = any(isinstance(law, PairLaw) for law in self.continuous_laws(obj))
             group = find_group(self, obj) if joins else [obj]
@@ -745,7 +747,8 @@ class World:
                         affected[member] = None
                     self.groups[member] = group
                 done.update(group)
-            by_signature.setdefault(signature_of(self, group, levels), []).extend(group)
+            looks.take(group)
+        by_signature = looks.found
         for signature in sorted(by_signature, key=repr):
             self.join_batch(by_signature[signature], signature)
         return self.in_rank_order(affected)

@@ -293,7 +293,7 @@ class Kepler(Smooth):
         key = (bodies.change, local, *times)
         if state.many is None or state.many[0] != key:
             t, low = np.array(times).T
-            s, rest = exact_spans((t, low), *bodies.clock[:, state.rows[local]])  # type: ignore[arg-type]
+            s, rest = exact_spans((t, low), *bodies.clock[:, state.rows[local]])
             parts = moved(state.arrays["orbit"][:, local : local + 1], s, rest)
             state.many = key, self._moved_by(state, bodies, slice(local, local + 1), s, rest, parts)
         return state.many[1][0 if name == "position" else 1]
