@@ -213,6 +213,25 @@ def test_names_cannot_steer_the_terminal(call: Call, tmp_path: Path) -> None:
 # explain
 
 
+def test_explain_plans_with_the_steps_that_the_scene_or_the_line_gives(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "three.toml"
+    bodies = "".join(
+        f'[[objects]]\nmass = 1.0\nposition = [{x}, 0, 0]\nlaws = ["basic:universal_gravity"]\n' for x in range(3)
+    )
+    law = '[[laws]]\nid = "basic:universal_gravity"\n'
+    head = 'xpheve = 1\nstepper = "core:symplectic4"\n'
+
+    def stepper(*line: str) -> str:
+        (group,) = json.loads(call("explain", path, "--json", *line).stdout)["groups"]
+        return str(group["stepper"])
+
+    path.write_text(f"{head}{law}{bodies}")
+    assert stepper() == "core:adaptive"
+    assert stepper("--dt", "0.1") == "core:symplectic4"
+    path.write_text(f"{head}[run]\nuntil = 1.0\ndt = 0.1\n{law}{bodies}")
+    assert stepper() == "core:symplectic4"
+
+
 def test_explain_says_who_serves_what(call: Call, scene: Path) -> None:
     assert "who moves whom" in call("explain", scene).stdout
     found = json.loads(call("explain", scene, "--until", "1", "--json").stdout)

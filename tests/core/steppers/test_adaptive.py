@@ -377,3 +377,17 @@ def test_a_body_at_rest_without_force_stays_where_it_is() -> None:
     engine.add_object(body, laws=[engine.add_law(Quartic)])
     engine.run(until=100.0, **TIGHT)
     assert body.position == (0.0, 0.0, 0.0)
+
+
+def test_forces_that_rounding_alone_changes_do_not_shorten_steps() -> None:
+    engine = scene()
+    drag = engine.add_law("basic:linear_drag", coefficient=5.0)
+    laws = [engine.add_law("basic:planet_gravity", acceleration=10.0), drag]
+    ends = [xp.PhysicalObject(mass=0.1, position=(1.0 + 0.01 * k, 0.0, 0.0), velocity=(0.0, -0.2, 0.0)) for k in (0, 1)]
+    engine.add_objects(ends, laws=laws)
+    # Both fall at their final speed, so that all that is left of the forces is what a stiff spring makes of the last digits of places.
+    engine.add_law("basic:spring", stiffness=1e8, rest_length=0.01, pairs=[tuple(ends)])
+    engine.run(until=0.1)
+    assert [body.velocity[1] for body in ends] == pytest.approx([-0.2, -0.2], abs=1e-9)
+    assert [body.position[1] for body in ends] == pytest.approx([-0.02, -0.02], abs=1e-9)
+    assert engine.explain().data["groups"][0]["steps"] < 50_000

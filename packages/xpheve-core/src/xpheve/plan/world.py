@@ -140,6 +140,14 @@ class World:
             batch.state, self.bodies, self.time if t is None else t, name, int(self.bodies.local[row])
         )
 
+    def read_times(self, row: int, name: str, times: Sequence[Instant]) -> Array:
+        """Column ``name`` of ``row`` at many ``times``, shape (width, times)."""
+        number = int(self.bodies.batch[row])
+        if number < 0 or name not in STATE_WIDTHS:
+            return np.array([self.bodies.get(name, row)] * len(times)).T
+        batch = self.batches[number]
+        return batch.stepper.read_times(batch.state, self.bodies, times, name, int(self.bodies.local[row]))
+
     def read_all(self, name: str, t: Instant, out: Array | None = None) -> Array:
         """Column ``name`` of all rows at ``t``, shape (width, count), into ``out`` if it fits."""
         bodies = self.bodies

@@ -62,10 +62,12 @@ class KeplerState(FlightState):
         self.held: _Held | None = None
         self.orbits: tuple[Rows, Rows, Array] | None = None
         """A row for each orbit, for each row its orbit among those, and their constants."""
+        self.many: tuple[tuple[Any, ...], Motion] | None = None
+        """One row at many times, as read last."""
 
     def locate(self) -> None:
         super().locate()
-        self.held = self.orbits = None
+        self.held = self.orbits = self.many = None
 
 
 class Kepler(Smooth):
@@ -105,7 +107,7 @@ class Kepler(Smooth):
     def leave(self, state: State, local: int) -> None:
         super().leave(state, local)
         assert isinstance(state, KeplerState)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
 
     def _await(self, state: State, places: slice | Rows, t: Instant) -> None:
         """The rows at ``places`` stand as they were written at ``t``, until their orbits are found."""
@@ -114,7 +116,7 @@ class Kepler(Smooth):
         arrays["pair"][:, places] = -1.0
         arrays["since"][:, places] = arrays["end"][:, places] = np.array(t)[:, None]
         assert isinstance(state, KeplerState)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
 
     def covered(self, state: State) -> Instant:
         if not state.count:
@@ -164,7 +166,7 @@ class Kepler(Smooth):
             self._begin_alone(state, bodies, alone, t)
         if lesser:
             self._begin_pairs(state, bodies, lesser, t)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
         state.facts = None
 
     def _begin_alone(self, state: KeplerState, bodies: Bodies, found: dict[int, Attraction], t: Instant) -> None:
@@ -283,6 +285,19 @@ class Kepler(Smooth):
             held.single[local] = self._curve(state, bodies, t, places)
         return held.single[local]
 
+    def read_times(self, state: State, bodies: Bodies, times: Sequence[Instant], name: str, local: int) -> Array:
+        """The orbit is one and its times are many: they are solved together, once for place and velocity."""
+        assert isinstance(state, KeplerState)
+        if name not in ("position", "velocity") or self._written(state, bodies, np.array([local]))[0]:
+            return super().read_times(state, bodies, times, name, local)
+        key = (bodies.change, local, *times)
+        if state.many is None or state.many[0] != key:
+            t, low = np.array(times).T
+            s, rest = exact_spans((t, low), *bodies.clock[:, state.rows[local]])
+            parts = moved(state.arrays["orbit"][:, local : local + 1], s, rest)
+            state.many = key, self._moved_by(state, bodies, slice(local, local + 1), s, rest, parts)
+        return state.many[1][0 if name == "position" else 1]
+
     def _curve(self, state: KeplerState, bodies: Bodies, t: Instant, places: Rows) -> Motion:
         if len(places) <= FEW:
             columns = list(self._one_by_one(state, bodies, t, places.tolist()))
@@ -296,10 +311,18 @@ class Kepler(Smooth):
             parts = [one[:, which] for one in moved(orbits, s[first], rest[first])]
         else:
             parts = list(moved(arrays["orbit"][:, places], s, rest))
+        return self._moved_by(state, bodies, places, s, rest, parts)
+
+    @staticmethod
+    def _moved_by(
+        state: KeplerState, bodies: Bodies, places: slice | Rows, s: Array, rest: Array, parts: Sequence[Array]
+    ) -> Motion:
+        """Positions and velocities after ``s + rest``, shape (n,), by the ``parts`` that `moved` gave; of one row, or of one a time."""
+        arrays, rows = state.arrays, state.rows[places]
         share, drift, common = arrays["share"][0, places], arrays["drift"][:, places], arrays["common"][:, places]
         x0, v0 = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows]
         change, more, kick = parts
-        x, v = np.empty((3, len(places))), np.empty((3, len(places)))
+        x, v = np.empty((3, len(s))), np.empty((3, len(s)))
         for c in range(3):
             numbers = s, rest, share, drift[c], drift[3 + c], common[c]
             x[c], v[c] = component(x0[c], v0[c], change[c], more[c], kick[c], *numbers)
