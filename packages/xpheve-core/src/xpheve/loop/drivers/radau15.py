@@ -85,6 +85,9 @@ FLAW = 3e-14
 little is left to gain. True errors are a thousand times less, and grow with the 16th power of the length."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
+SLIGHT = 1e-3
+"""Of tolerances: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that passes a place where
+forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
 FIRST = 0.01
 """The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
@@ -604,6 +607,11 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
                 v = max(v, abs(s[j + V]))
             if y1 == 0.0 and y2 == 0.0 and y3 == 0.0:
                 continue
+            room_v = s[ATOL] + s[RTOL] * v
+            room_x = s[ATOL] + s[RTOL] * x
+            reach = sqrt(y0 + window * (y1 + window * (y2 + window * y3))) * dt
+            if reach < SLIGHT * room_v and reach * dt < SLIGHT * room_x:
+                continue
             size = y0
             y0 += window * y1
             y1 += window * y2
@@ -611,8 +619,6 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
             square = pace * 2.0 * y0 / (y1 + sqrt(y0 * y2))
             square = min(square, 1e16)
             flaw = FLAW * sqrt(size) * sqrt(square) * dt
-            room_v = s[ATOL] + s[RTOL] * v
-            room_x = s[ATOL] + s[RTOL] * x
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))
