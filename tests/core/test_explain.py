@@ -201,7 +201,7 @@ def test_before_the_start_it_says_how_a_loop_would_run() -> None:
     engine.add_objects([xp.PhysicalObject(drag_area=0.1) for _ in range(300)], laws=laws)
     driven = group_of(engine)
     assert (driven["stepper"], driven["tier"], driven["kernel"]) == ("core:adaptive", "interpreted", None)
-    assert driven["tier_because"] == "from 20000 evaluations of rows and pairs on it pays to compile; not run yet"
+    assert driven["tier_because"] == "from 50000 evaluations of rows and pairs on it pays to compile; not run yet"
     engine.stepper = "core:midpoint"
     assert group_of(engine)["tier"] == "compiled" and group_of(engine)["tier_because"].endswith("not run yet")
     assert group_of(engine)["kernel"] is None

@@ -194,7 +194,9 @@ def test_the_cheapest_exact_offer_wins_its_signature_and_no_other(engine: xp.Phy
     ours = next(group for group in engine.explain().data["groups"] if group["stepper"] == "test:dummy")
     assert "core:ballistic" in ours["refused"] and ours["promise"] == Dummy.promise
     assert {row for call in calls("start") for row in call[1]} == {one._row}
-    others = [group for group in engine.explain().data["groups"] if group["stepper"] not in ("test:dummy", "core:ballistic")]
+    others = [
+        group for group in engine.explain().data["groups"] if group["stepper"] not in ("test:dummy", "core:ballistic")
+    ]
     assert [group["refused"]["test:dummy"] for group in others] == ["only the wind of this test"] * 2
 
 
@@ -357,7 +359,10 @@ def test_if_all_refuse_the_error_names_each(monkeypatch: pytest.MonkeyPatch, eng
 
     monkeypatch.setattr(Midpoint, "offer", lambda self, signature: Refusal("not today"))
     engine.add_object(xp.PhysicalObject(), laws=[engine.add_law(Called)])
-    with pytest.raises(NoStepperError, match=r"(?s)core:adaptive: a law cannot be traced.*core:midpoint: not today.*test:dummy: only the wind"):
+    with pytest.raises(
+        NoStepperError,
+        match=r"(?s)core:adaptive: a law cannot be traced.*core:midpoint: not today.*test:dummy: only the wind",
+    ):
         engine.run(until=1.0)
     assert engine.time == 0.0 and engine.state == "ready"
 

@@ -162,3 +162,18 @@ def test_what_a_motion_reads_is_known() -> None:
         engine.add_object(xp.PhysicalObject(position=(x, 0, 0)), laws=[pull])
     motion, _, _ = motion_of(engine)
     assert not (motion.reads_velocity or motion.reads_time or motion.works)
+
+
+def test_a_driver_is_compiled_once_for_all_laws() -> None:
+    from xpheve.compile import facts
+
+    for exponent in (0.11, 0.12):  # two law sets whose texts differ
+        engine = xp.PhysicsEngine(compile="always", stepper="core:symplectic4")
+        spring = engine.add_law("basic:spring_to_point", rest_length=exponent)
+        drawn = [spring] if exponent == 0.11 else [spring, engine.add_law("basic:universal_gravity")]
+        for x in (1.0, 2.0):
+            engine.add_object(xp.PhysicalObject(position=(x, 0, 0)), laws=drawn)
+        engine.run(until=0.1, dt=0.01)
+    said = [one["what"] for one in facts() if one["origin"] != "interpreted"]
+    assert said.count("driver composition") == 1
+    assert {"forces: basic:spring_to_point", "forces: basic:spring_to_point + basic:universal_gravity"} <= set(said)

@@ -76,6 +76,8 @@ class Compiled(Kernel):
         self, address: int, what: str, key: str, origin: str, seconds: float, path: str = "", owner: object = None
     ) -> None:
         super().__init__(what, key, origin, seconds, path)
+        self.address = address
+        """Where the code lies, for code that calls it; as long as the kernel is kept."""
         self._call = _Entry(address)
         self._owner = owner  # whoever frees the code when it is let go
         self._last: tuple[list[Any], list[Any], Any, Any] = ([], [], _table([]), _table([]))

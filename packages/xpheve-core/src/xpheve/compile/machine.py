@@ -216,6 +216,8 @@ def _machine_function(name: str) -> Any:
             _made[name] = _choice(name)
         elif name in SPECIAL:
             _made[name] = _halves(name)
+        elif name == "linked":
+            _made[name] = _linked()
         else:
             _made[name] = _real_function(INTRINSICS.get(name, PREFIX + name), ARGUMENTS.get(name, 1))
     return _made[name]
@@ -274,6 +276,25 @@ def _halves(name: str) -> Any:
         return types.float64(types.float64, types.int64), ldexp_code
 
     return intrinsic(frexp if name == "frexp" else ldexp)
+
+
+def _linked() -> Any:
+    """``linked(address, f, n)``: the entry of another kernel, by the address of its code; 0 if that stopped."""
+    ir, types, cgutils, intrinsic = _numba().ir, _numba().types, _numba().cgutils, _numba().intrinsic
+    whole, place = ir.IntType(64), ir.IntType(8).as_pointer()
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        address, f, n = arguments
+        result, failure = cgutils.alloca_once(builder, whole), cgutils.alloca_once(builder, place)
+        kind = ir.FunctionType(ir.IntType(32), [whole.as_pointer(), place.as_pointer(), f.type, n.type])
+        builder.store(ir.Constant(whole, 0), result)
+        builder.call(builder.inttoptr(address, kind.as_pointer()), [result, failure, f, n])
+        return builder.load(result)
+
+    def linked(typing: Any, address: Any, f: Any, n: Any) -> Any:
+        return types.int64(types.int64, f, n), code
+
+    return intrinsic(linked)
 
 
 def _declared(module: Any, symbol: str, kind: Any) -> Any:

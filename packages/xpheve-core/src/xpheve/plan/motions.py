@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,27 +23,33 @@ from xpheve.loop.long_range import (
     why_no_tree,
     work_of,
 )
-from xpheve.loop.motion import PLACES, MotionText
-from xpheve.loop.program import COMPILED, INTERPRETED, values_of
+from xpheve.loop.motion import PLACES, STILL_LEFT, STILL_RIGHT, MotionText
+from xpheve.loop.program import COMPILED, INTERPRETED, LISTED, Couples, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
-from xpheve.steppers.contract import Array
+from xpheve.steppers.contract import Array, Rows
 from xpheve.trace.inverse_square import inverse_square
 
 if TYPE_CHECKING:
     from xpheve.plan.evaluation import BatchSources
     from xpheve.trace.inverse_square import InverseSquare
 
-COMPILE_AFTER = 20_000
-"""Evaluations times rows and pairs that are interpreted before it pays to compile: some tenths of a second. Both give the same bits."""
-PAUSE = 200_000_000
-"""Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
+COMPILE_AFTER = 50_000
+"""Evaluations times rows and pairs that are interpreted before it pays to compile: a second or two. Both give the same bits."""
+PAUSE = 20_000_000
+"""Evaluations times rows and pairs of one compiled call: a few tenths of a second, so that nobody waits long."""
+BREATH = COMPILE_AFTER // 5
+"""The same of an interpreted call; a part of `COMPILE_AFTER`, so that a call ends there."""
 EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
+PLACES_OF_CALL, FORCES, JACOBIANS = 2, 6, 7
+"""Four integers with the places that a driver hands to compiled forces, and the addresses of compiled ``forces`` and ``jacobians``."""
 FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
 
 
+LONG_RUN = 8
+"""Pairs of one still row with rows side by side, from which on average it pays to go through these row by row."""
 STEADY = "core:symplectic"
 """How the ids of steppers begin that bear a tree's error; where none was asked for, steps of a given length are such a one's, too."""
 
@@ -77,6 +83,8 @@ class Motion:
         self._followed = -1
         self._given: list[dict[str, Any]] | None = None
         self._found: list[str] = []
+        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
+        self._runs: dict[int, Runs | None] = {}
         self._hows = self._ways()
         pair_kinds = [
             PairKind(one.term, how, one.which is None) for one, how in zip(self.couples, self._hows, strict=True)
@@ -86,9 +94,11 @@ class Motion:
         self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges, self.courses is not None)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
-        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
+        self._linked: list[Any] = []
+        """Kernels that compiled drivers call; they must be kept."""
+        self._addresses = np.zeros(2, dtype=np.int64)
         self.buffers: dict[str, Any] = {}
         """What steppers keep for their drivers, by driver: layouts, made again at any time."""
         self._lists = self._whole_numbers()
@@ -129,7 +139,13 @@ class Motion:
         return self._found
 
     def _ways_of(self) -> list[str]:
-        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        found = [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        for number, how in enumerate(found):
+            if how == LISTED and number not in self._runs:
+                self._runs[number] = runs_of(self.couples[number], self.moving)
+            runs = self._runs.get(number)
+            found[number] = how if runs is None else runs.how
+        return found
 
     @property
     def _steady(self) -> bool:
@@ -179,15 +195,18 @@ class Motion:
         counts = [len(self.segments), self.rows, self.moving, suns]
         lists = []
         self._own: list[Array] = []
-        for couples, how in zip(self.couples, self._hows, strict=True):
-            right = couples.right
+        for number, (couples, how) in enumerate(zip(self.couples, self._hows, strict=True)):
+            left, right, of = couples.left, couples.right, couples.which
+            runs = self._runs.get(number)
+            if runs is not None:
+                left, right, of = runs.still, runs.rows, runs.which
             if how == TREE:
                 right = np.zeros(tree.ints(len(couples.left)), dtype=np.int64)
             self._own.append(np.zeros(tree.floats(len(couples.left)) + TOLD if how == TREE else 1))
             places = at + couples.term.size * np.arange(len(couples.laws), dtype=np.int64)
-            counts += [len(couples.left), at]
-            which = places if couples.which is None else places[couples.which]
-            lists += [couples.left, right if len(right) else _NOTHING, which]
+            counts += [len(left), at]
+            which = places if of is None else places[of]
+            lists += [left, right if len(right) else _NOTHING, which]
             at += couples.term.size * len(couples.laws) + (TREE_PARAMETERS if how == TREE else 0)
         whole = [np.array(counts, dtype=np.int64), np.array(segments or [0], dtype=np.int64), _NOTHING]
         return [*whole, *(np.ascontiguousarray(one, dtype=np.int64) for one in lists)]
@@ -267,8 +286,8 @@ class Motion:
         tier = self.tier(int(d[EVALUATIONS]))
         load = max(1, self.load)
         before = int(d[EVALUATIONS])
-        most = PAUSE if tier == COMPILED or self.world.compile == "never" else COMPILE_AFTER
-        d[BUDGET] = before + max(1, (most if tier == COMPILED else most - (before * load) % most) // load)
+        most = PAUSE if tier == COMPILED else BREATH - (before * load) % BREATH
+        d[BUDGET] = before + max(1, most // load)
         if self._floats is None:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
             room = np.zeros(scratch(self.text.terms))
@@ -278,8 +297,10 @@ class Motion:
             places = {int(row): self.moving + k for k, row in enumerate(self.held.sources.tolist())}
             self._floats[4 - 1] = self.courses.numbers(places)
         whole = [self._lists[0], self._lists[1], d, *self._lists[3:]]
+        kernel = self._kernel(driver, tier)
+        d[[FORCES, JACOBIANS]] = self._addresses
         try:
-            found = self._kernel(driver, tier)([s, *self._floats], whole)
+            found = kernel([s, *self._floats], whole)
         except (ArithmeticError, ValueError) as error:
             raise self.sources._kernel_failed(error) from error
         for law, term in self.held.terms.items():
@@ -301,14 +322,29 @@ class Motion:
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
         found = self._kernels.get((driver, tier))
         if found is None:
-            from xpheve.compile import assemble, compiled, interpreted
-            from xpheve.loop.drivers import driver_text
-
-            text = assemble(self.text.text() + self._more(driver) + driver_text(driver), self.held.program.files)
-            labels = " + ".join(dict.fromkeys(term.trace.label for term in self.text.terms))
-            found = interpreted(text) if tier == INTERPRETED else compiled(text, what=f"{driver}: {labels}")
-            self._kernels[driver, tier] = found
+            found = self._kernels[driver, tier] = self._made(driver, tier)
         return found
+
+    def _made(self, driver: str, tier: str) -> Callable[..., int]:
+        """The kernel of ``driver``: with the forces in one text, or, compiled, calling those of the motion, so that it is compiled once for all."""
+        from xpheve.compile import assemble, compiled, interpreted
+        from xpheve.loop.drivers import LINKED, driver_text
+
+        files = self.held.program.files
+        forces, more = self.text.text(), self._more(driver)
+        labels = " + ".join(dict.fromkeys(term.trace.label for term in self.text.terms))
+        if tier == INTERPRETED:
+            return interpreted(assemble(forces + more + driver_text(driver), files))
+        if files:  # a kernel by hand may raise, which only its own text can tell
+            return compiled(assemble(forces + more + driver_text(driver), files), what=f"{driver}: {labels}")
+        linked = [compiled(assemble(forces + ENTRY.format("forces"), files), what=f"forces: {labels}")]
+        if more:
+            text = assemble(forces + more + ENTRY.format("jacobians"), files)
+            linked.append(compiled(text, what=f"jacobians: {labels}"))
+        for place, one in enumerate(linked):
+            self._addresses[place] = one.address  # type: ignore[attr-defined]
+        self._linked += linked
+        return compiled(assemble(LINKED + driver_text(driver)), what=f"driver {driver}")
 
     def _more(self, driver: str) -> str:
         """Text that ``driver`` needs besides ``forces``."""
@@ -326,4 +362,52 @@ class Motion:
         )
 
 
+class Runs(NamedTuple):
+    """Pairs of rows that do not move with rows that do.
+
+    Attributes
+    ----------
+    how
+        `STILL_LEFT` or `STILL_RIGHT`: on which side the former are.
+    still
+        For each run the row that does not move, (runs,).
+    rows
+        The first of its partners, and the one after the last, (2 runs,).
+    which
+        The law whose pairs they are, (runs,); None if there is one.
+    """
+
+    how: str
+    still: Rows
+    rows: Rows
+    which: Rows | None
+
+
+def runs_of(couples: Couples, moving: int) -> Runs | None:
+    """The listed pairs of ``couples`` as runs; None if both of a pair move, below ``moving``, or runs are short.
+
+    The forces on a row are summed in the order of laws, then of rows that act, whichever other rows there are.
+    """
+    for how, still, felt in ((STILL_LEFT, couples.left, couples.right), (STILL_RIGHT, couples.right, couples.left)):
+        if not len(still) or (still < moving).any() or (felt >= moving).any():
+            continue
+        law = np.zeros_like(still) if couples.which is None else couples.which
+        order = np.lexsort((felt, still, law))
+        still, felt, law = still[order], felt[order], law[order]
+        new = (np.diff(still) != 0) | (np.diff(law) != 0) | (np.diff(felt) != 1)
+        first = np.concatenate([[0], 1 + np.flatnonzero(new)])
+        if LONG_RUN * len(first) > len(still):
+            return None
+        last = np.concatenate([first[1:], [len(still)]]) - 1
+        rows = np.stack([felt[first], felt[last] + 1], axis=1).ravel()
+        return Runs(how, still[first], rows, None if couples.which is None else law[first])
+    return None
+
+
+ENTRY = f"""
+def entry(f, n):
+    d = n[2]
+    return {{}}(f, n, d[{PLACES_OF_CALL}], d[{PLACES_OF_CALL + 1}], d[{PLACES_OF_CALL + 2}], d[{PLACES_OF_CALL + 3}], f[1][0])
+"""
+"""The entry of forces, or jacobians, that compiled drivers call."""
 _NOTHING = np.zeros(1, dtype=np.int64)

@@ -33,11 +33,11 @@ from xpheve.plan.groups import (
     choose,
     downstream,
     find_group,
-    signature_of,
     targets_of,
     torque_of,
 )
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
+from xpheve.plan.looks import Looks
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -389,12 +389,21 @@ class World:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
-            laws = self.ordered_laws({law for obj in objects for law in self.mapping.laws(obj)})
+            laws = self.ordered_laws(self._felt(objects))
             batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
             acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
             batch.sources = BatchSources(self, acting, objects, batch.signature)
             batch.lent = batch.sources.lent
         return batch.sources
+
+    def _felt(self, objects: Sequence[PhysicalObject]) -> dict[PhysicalLaw, None]:
+        """The laws of ``objects``, but for one-sided ones of which they are sources only."""
+        found: dict[PhysicalLaw, None] = {}
+        for obj in objects:
+            for law in self.mapping.laws(obj):
+                if law not in found and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj)):
+                    found[law] = None
+        return found
 
     def _belongs(self, law: ContinuousLaw, signature: Signature) -> bool:
         """Whether ``law`` is evaluated along the way in batches of ``signature``, or would be if it were not off."""
@@ -409,6 +418,7 @@ class World:
         self._merge_into(batch, begin)
         sources = self.sources(batch)
         before = books.snapshot(self, batch, sources)
+        done = batch.state.numbers.get("steps", 0.0)
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
@@ -427,7 +437,9 @@ class World:
         self.time = max(self.time, begin)
         if len(stop.rows):
             everyone = len(stop.rows) == batch.state.count
-            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += 1
+            # By the steps, however many were made in one call: that depends on who looks.
+            made = max(1, int(batch.state.numbers.get("steps", 0.0) - done))
+            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += made
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
@@ -711,13 +723,12 @@ class World:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
         self.affine.clear()
-        levels: dict[PairLaw, int] = {}
-        by_signature: dict[Signature, list[PhysicalObject]] = {}
+        looks = Looks(self)
         done: set[PhysicalObject] = set()
         for obj in objects:
             self.groups.pop(obj, None)
         for obj in objects:
-            if obj in done or obj.fixed:
+            if obj._fixed or obj in done or looks.take_alone(obj):
                 continue
             joins = any(isinstance(law, PairLaw) for law in self.continuous_laws(obj))
             group = find_group(self, obj) if joins else [obj]
@@ -728,7 +739,8 @@ class World:
                         affected[member] = None
                     self.groups[member] = group
                 done.update(group)
-            by_signature.setdefault(signature_of(self, group, levels), []).extend(group)
+            looks.take(group)
+        by_signature = looks.found
         for signature in sorted(by_signature, key=repr):
             self.join_batch(by_signature[signature], signature)
         return self.in_rank_order(affected)

@@ -355,7 +355,8 @@ class Stepper(ABC):
         rows: Sequence[int] | Rows = ()
         for k in range(steps):
             end = grid.point(k + 1)
-            rows = self.advance(state, bodies, end, end, settings, sources).rows
+            while self.covered(state) < end:  # steps may be shorter than host steps
+                rows = self.leap(state, bodies, end, end, settings, sources).rows
         return Stop(self.covered(state), rows)
 
     @abstractmethod

@@ -18,6 +18,31 @@ ROOM = os.path.dirname(os.path.abspath(__file__))
 MOTION = "xpheve.loop.drivers.motion"
 
 
+LINKED = """
+def forces(f, n, x, v, a, w, now):
+    d = n[2]
+    p = f[1]
+    d[2] = x
+    d[3] = v
+    d[4] = a
+    d[5] = w
+    p[0] = now
+    return machine__linked(d[6], f, n)
+
+def jacobians(f, n, x, v, jx, jv, now):
+    d = n[2]
+    p = f[1]
+    d[2] = x
+    d[3] = v
+    d[4] = jx
+    d[5] = jv
+    p[0] = now
+    return machine__linked(d[7], f, n)
+
+"""
+"""What a compiled driver calls: code of the motion's own, by its address (`xpheve.plan.motions`), so that a driver is compiled once and not for each set of laws."""
+
+
 @cache
 def driver_text(name: str) -> str:
     """The text of driver ``name``; raises `CompileError` for one that is not there, or imports what it may not."""
