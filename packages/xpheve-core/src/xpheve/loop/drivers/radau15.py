@@ -89,7 +89,7 @@ nothing but their rounding, which changes as soon as one looks."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
 SLIGHT = 1e-3
-"""Of tolerances: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that passes a place where
+"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that passes a place where
 forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
 FIRST = 0.01
 """The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
@@ -114,7 +114,9 @@ def entry(f: Buffers, n: Buffers) -> int:
             answer = PAUSED
         else:
             answer = step(f, n)
-            if answer == REACHED and end(s)[0] >= s[WALL]:  # to the float: what the length of a step cannot hold is no step of its own
+            if (
+                answer == REACHED and end(s)[0] >= s[WALL]
+            ):  # to the float: what the length of a step cannot hold is no step of its own
                 answer = PAUSED
     if d[STEPS] > steps and s[SPAN] > 0.0:
         fill_in(f, n)
@@ -617,7 +619,7 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
             room_v = s[ATOL] + s[RTOL] * v
             room_x = s[ATOL] + s[RTOL] * x
             reach = sqrt(y0 + window * (y1 + window * (y2 + window * y3))) * dt
-            if reach < SLIGHT * room_v and reach * dt < SLIGHT * room_x:
+            if reach < SLIGHT * s[RTOL] * v and reach * dt < SLIGHT * s[RTOL] * x:
                 continue
             size = y0
             y0 += window * y1
