@@ -12,6 +12,8 @@ import pytest
 
 import xpheve as xp
 from xpheve.errors import LawFailedError, NoStepperError
+from xpheve.loop.drivers import radau15
+from xpheve.steppers.adaptive import Adaptive
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 
@@ -326,6 +328,32 @@ def test_a_heavy_top_keeps_its_energy_and_momenta() -> None:
     assert abs(body.angular_velocity[0]) > 1e-3
 
 
+def test_rotation_under_torques_has_the_order_of_translation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At steps of a given length the attitude of a satellite, and its spin, err as h^15, as places do (`test_radau15`)."""
+    packed = Adaptive._pack
+
+    def satellite(steps: int) -> Any:
+        def fixed(self: Adaptive, *given: Any) -> Any:
+            s, d = packed(self, *given)
+            s[radau15.FIXED] = 6.0 / steps
+            return s, d
+
+        monkeypatch.setattr(Adaptive, "_pack", fixed)
+        engine = scene(compile="never")
+        body = xp.PhysicalObject(
+            inertia=(1.0, 2.0, 2.5), position=(1.0, 0, 0), velocity=(0, 1.1, 0.1), angular_velocity=(0.9, 4.5, -1.2)
+        )
+        engine.add_object(body, laws=[engine.add_law(Tide)])
+        engine.run(until=6.0, rtol=1e-15, atol=1e-15)
+        return np.array([*body.orientation, *body.angular_velocity])
+
+    exact, coarse, fine = satellite(80), satellite(16), satellite(24)
+    for part in (slice(0, 4), slice(4, 7)):
+        errors = [float(np.abs(one - exact)[part].max()) for one in (coarse, fine)]
+        assert errors[0] < 1e-7
+        assert math.log(errors[0] / errors[1]) / math.log(1.5) == pytest.approx(15.0, abs=1.0)
+
+
 def turn_of(body: xp.PhysicalObject) -> Any:
     """The matrix that takes vectors from the body to the world."""
     w, x, y, z = body.orientation
@@ -359,6 +387,18 @@ def test_a_satellite_under_the_gradient_of_gravity_keeps_its_energy() -> None:
     engine.run(until=15.0, **TIGHT)
     assert hamiltonian() == pytest.approx(start, rel=1e-12)
     assert math.hypot(*body.position) == pytest.approx(1.0, abs=1e-14)
+
+
+@pytest.mark.parametrize(("rtol", "steps"), [(1e-3, 100), (1e-6, 200), (1e-13, 1000)])
+def test_a_place_where_forces_vanish_to_third_order_is_passed(rtol: float, steps: int) -> None:
+    """x'' = -x^3 on a line: a period from rest at 1 is sqrt(8) times K(1/2), Jacobi's lemniscate."""
+    engine = scene(compile="never")
+    body = xp.PhysicalObject(position=(1.0, 0.0, 0.0))
+    engine.add_object(body, laws=[engine.add_law(Quartic)])
+    engine.run(until=7.416298709205487, rtol=rtol, atol=rtol)
+    assert body.position == pytest.approx((1.0, 0.0, 0.0), abs=10 * rtol)
+    (batch,) = [one for one in engine._world.batches if one.state.count]
+    assert batch.state.numbers["steps"] < steps
 
 
 def test_points_that_meet_are_named_with_a_way_out() -> None:

@@ -78,7 +78,7 @@ class Motion:
         self.held = sources.held
         bodies, own = self.world.bodies, sources.rows
         self.segments, self.couples = self.held._parts
-        turning = any(term.of_turning for term in self.held.terms.values())
+        turning = any(term.of_turning for term in self.held.terms.values()) or self._turns_already()
         turning = turning or bool(bodies.arrays["torque"][:, own].any())
         stored_work = bool(bodies.arrays["working"][:, own].any())
         kinds = list(dict.fromkeys(one.terms for one in self.segments))
@@ -116,6 +116,13 @@ class Motion:
     def load(self) -> int:
         """About how many operations on rows and pairs an evaluation has."""
         return self.moving + sum(work_of(how, len(one.left)) for one, how in zip(self.couples, self._hows, strict=True))
+
+    def _turns_already(self) -> bool:
+        """Whether the rotation of the batch was a part of its steps so far: then it stays one, though torques are over."""
+        world, own = self.world, self.sources.rows
+        number = int(world.bodies.batch[own[0]]) if len(own) else -1
+        carried = number >= 0 and world.batches[number].state.numbers.get("turning") == 1.0
+        return carried or self.sources.signature.torque != "none"
 
     def fits(self) -> bool:
         """Whether the stored forces, and torques, are still of the kind that the text was made for."""

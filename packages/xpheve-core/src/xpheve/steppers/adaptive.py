@@ -44,6 +44,7 @@ class Adaptive(Smooth):
     books_work: ClassVar[bool] = True
     driver: ClassVar[str] = "radau15"
     parts: ClassVar[bool] = True
+    limit: ClassVar[float] = np.inf
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         wished = signature.wish == self.id
