@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import xpheve as xp
+from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.steppers.symplectic import SYMPLECTIC
 
 pytestmark = pytest.mark.stress
