@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from typing import Any
 
 import mpmath
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import xpheve as xp
+from xpheve.errors import LawFailedError, NoStepperError
 from xpheve.steppers.symplectic import SYMPLECTIC
 
 pytestmark = pytest.mark.stress
