@@ -210,7 +210,7 @@ class World:
             and (law.enabled or self.is_switched(law))
             and not law.containers
             and law not in self.constant
-            and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj))
+            and _feels(obj, law)
         ]
 
     def is_switched(self, law: PhysicalLaw) -> bool:
@@ -389,7 +389,8 @@ class World:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
-            laws = self.ordered_laws({law for obj in objects for law in self.mapping.laws(obj)})
+            named = {law: None for obj in objects for law in self.mapping.laws(obj) if _feels(obj, law)}
+            laws = self.ordered_laws(set(named))
             batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
             acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
             batch.sources = BatchSources(self, acting, objects, batch.signature)
@@ -1030,6 +1031,11 @@ def _force(vector: list[float], ident: str, torque: list[float]) -> Force:
     force.duration = math.inf
     force.id = ident
     return force
+
+
+def _feels(obj: PhysicalObject, law: PhysicalLaw) -> bool:
+    """Whether ``law`` acts on ``obj``: it does not on the sources of a one-sided one."""
+    return not isinstance(law, PairLaw) or law.moves(obj)
 
 
 __all__ = ["AFTER", "World", "XpheveError"]
