@@ -41,7 +41,7 @@ PROBLEMS = [
         metric="largest error of a place",
         build=swarm_engine(SWARM),
         ours=[
-            *tolerances("core:adaptive", 6, 9, 11, 12, 13, 14),
+            *tolerances("core:adaptive", 6, 9, 11, 13),
             *steps("core:symplectic8", SPAN, 500, 1000, 2000, 5000, 10_000),
             *steps("core:symplectic6", SPAN, 1000, 4000),
             *steps("core:symplectic4", SPAN, 1000, 4000),

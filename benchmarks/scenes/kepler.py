@@ -47,7 +47,7 @@ def problem(orbits: int) -> Problem:
         build=swarm_engine(swarm),
         ours=[
             *tolerances("core:kepler", 9),
-            *tolerances("core:adaptive", 6, 9, 11, 12, 13, 14),
+            *tolerances("core:adaptive", 6, 9, 11, 13),
             *steps("core:symplectic8", span, *(1000 * orbits, 4000 * orbits)[: 2 if orbits < 1000 else 1]),
             *steps("core:midpoint", span, *(1000 * orbits, 10_000 * orbits)[: 2 if orbits < 1000 else 1]),
         ],
@@ -71,6 +71,7 @@ def problem(orbits: int) -> Problem:
                 "front",
                 error=adaptive,
                 method="adaptive",
+                setting="rtol 1e-13",
                 peer="REBOUND ias15",
             ),
         ],

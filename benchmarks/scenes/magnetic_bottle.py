@@ -104,7 +104,7 @@ PROBLEMS = [
         metric="error of the place [m]",
         build=build,
         ours=[
-            *tolerances("core:adaptive", 6, 9, 12, 14),
+            *tolerances("core:adaptive", 6, 9, 11, 13),
             *steps("core:midpoint", SPAN, 40_000, 400_000),
         ],
         error=error,

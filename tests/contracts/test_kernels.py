@@ -25,8 +25,8 @@ from xpheve.trace.samples import parameters_of
 FOLDER = Path(xpheve.kernels.__file__).parent
 NEVER_COMPILED = {"principal_axes", "sign_changes"}
 """For preparing scenes and for handlers: they return lists, or search among permutations."""
-ELSEWHERE = {"neighbours", "dense", "tree"}
-"""They write into buffers: tests of their own in `tests/core/kernels` compare them."""
+ELSEWHERE = {"neighbours", "dense", "tree", "course"}
+"""They read or write buffers of their own: tests in `tests/core/kernels` compare them, and `tests/core/plan/test_courses.py`."""
 ALONE = {"__init__"}
 
 NUMBER, WHOLE = "x", "i"
@@ -38,6 +38,9 @@ SHAPES: dict[str, str] = {
     "Pair": "(x, x)",
     "Instant": "(x, x)",
     "Pairs": "((x, x), (x, x), (x, x))",
+    "Complex": "(x, x)",
+    "Wide": "((x, x), (x, x))",
+    "tuple[Wide, Wide, Wide, Wide, Wide, Wide]": "(" + ", ".join(["((x, x), (x, x))"] * 6) + ")",
     "Constants": "(" + ", ".join("x" * 35) + ")",
     "Orbit": "(" + ", ".join("x" * 35) + ")",
     "Eleven": "(" + ", ".join("x" * 11) + ")",
@@ -54,6 +57,7 @@ RESULTS: dict[str, str] = {
     "tuple[float, float, float, float, float, float, float]": "(x, x, x, x, x, x, x)",
     "tuple[Vec, Vec, Vec]": "((x, x, x), (x, x, x), (x, x, x))",
     "tuple[Pair, Pair, Pair, Pair]": "((x, x), (x, x), (x, x), (x, x))",
+    "tuple[Complex, Complex, Complex]": "((x, x), (x, x), (x, x))",
     "tuple[Quat, Vec]": "((x, x, x, x), (x, x, x))",
     **SHAPES,
 }
@@ -193,7 +197,7 @@ def text_of(every: list[Function]) -> str:
     return assemble("\n".join([*calls, *lines, "    return 1", ""]))
 
 
-LONG = {"flight", "free_rotation", "kepler"}
+LONG = {"flight", "free_rotation", "kepler", "linear_mode"}
 """What takes some seconds to compile."""
 FILES = sorted({path.stem for path in FOLDER.glob("*.py")} - ALONE - ELSEWHERE - NEVER_COMPILED)
 ROWS = 200

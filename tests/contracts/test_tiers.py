@@ -327,7 +327,7 @@ def library(order: int = 0) -> xp.PhysicsEngine:
         place, speed, spin = ([chance.uniform(-3.0, 3.0) for _ in range(3)] for _ in range(3))
         obj = xp.PhysicalObject(
             xp.Sphere(0.1), mass=1.0 + 0.1 * k, position=place, velocity=speed, angular_velocity=spin, name=f"ball{k:02}",
-            **{name: 0.01 for name in sorted({name for law in laws for name in law.columns})},
+            **({name: 0.01 for name in sorted({name for law in laws for name in law.columns})} | {"charge": 1e-4}),
         )  # fmt: skip
         objects.append((obj, [law for law in laws if k < 6 or isinstance(law, xp.FieldLaw)]))
     put(engine, objects, order)

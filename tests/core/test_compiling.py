@@ -81,7 +81,7 @@ def tiers(engine: xp.PhysicsEngine) -> list[str]:
     ],
 )
 def test_how_a_loop_runs_follows_from_the_choice_and_the_size_of_the_scene(choice: str, count: int, tier: str) -> None:
-    engine = xp.PhysicsEngine(compile=choice)
+    engine = xp.PhysicsEngine(compile=choice, stepper="core:midpoint")
     drag = engine.add_law("basic:linear_drag")
     engine.add_objects([xp.PhysicalObject(velocity=(1, k, 0)) for k in range(count)], laws=[drag])
     engine.run(0.05, dt=DT)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import xpheve as xp
+from xpheve.steppers.core import ALONG
 
 when = xp.when
 
@@ -275,3 +276,25 @@ def test_a_law_that_is_switched_says_so() -> None:
     found = law(engine, "wind")
     assert found["switched"] and found["how"] == "disabled" and not law(engine, "quadratic_drag")["switched"]
     assert "switched by a number" in str(engine.explain())
+
+
+def test_every_stepper_of_core_makes_an_offer_or_says_why_not() -> None:
+    class Breeze(xp.FieldLaw):
+        """A push without a potential that bends with the place."""
+
+        strength = xp.Param(0.1, unit="N/m^2")
+
+        def force(self, body: Any) -> Any:
+            return self.strength * body.position.norm() * body.position
+
+    engine = xp.PhysicsEngine(stepper="core:symplectic8")
+    engine.add_object(xp.PhysicalObject(position=(1.0, 0.5, 0.0)), laws=[engine.add_law(Breeze)])
+    engine.run(until=0.1, dt=0.01)
+    (group,) = engine.explain().data["groups"]
+    assert group["stepper"] == "core:midpoint"
+    assert group["offers"].keys() | group["refused"].keys() >= {*ALONG, "core:ballistic", "core:midpoint"}
+    assert not group["offers"].keys() & group["refused"].keys()
+    assert "no potential" in group["refused"]["core:symplectic8"]
+    assert all(group["refused"].values())
+    said = str(engine.explain())
+    assert all(f"refused: {name}: {why}" in said for name, why in group["refused"].items())

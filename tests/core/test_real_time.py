@@ -589,6 +589,9 @@ def test_a_machine_that_cannot_keep_up_drops_no_time_and_hears_commands(engines:
     engine = moving(40)
     engines.append(engine)
     first = engine.copy()
+    engine.copy().run(
+        until=1.0
+    )  # what is compiled is at hand: who asks in the midst of a compilation waits for its end
     engine.start(speed=1e4)
     shot = engine.snapshot
     times = []

@@ -213,6 +213,25 @@ def test_names_cannot_steer_the_terminal(call: Call, tmp_path: Path) -> None:
 # explain
 
 
+def test_explain_plans_with_the_steps_that_the_scene_or_the_line_gives(call: Call, tmp_path: Path) -> None:
+    path = tmp_path / "three.toml"
+    bodies = "".join(
+        f'[[objects]]\nmass = 1.0\nposition = [{x}, 0, 0]\nlaws = ["basic:universal_gravity"]\n' for x in range(3)
+    )
+    law = '[[laws]]\nid = "basic:universal_gravity"\n'
+    head = 'xpheve = 1\nstepper = "core:symplectic4"\n'
+
+    def stepper(*line: str) -> str:
+        (group,) = json.loads(call("explain", path, "--json", *line).stdout)["groups"]
+        return str(group["stepper"])
+
+    path.write_text(f"{head}{law}{bodies}")
+    assert stepper() == "core:adaptive"
+    assert stepper("--dt", "0.1") == "core:symplectic4"
+    path.write_text(f"{head}[run]\nuntil = 1.0\ndt = 0.1\n{law}{bodies}")
+    assert stepper() == "core:symplectic4"
+
+
 def test_explain_says_who_serves_what(call: Call, scene: Path) -> None:
     assert "who moves whom" in call("explain", scene).stdout
     found = json.loads(call("explain", scene, "--until", "1", "--json").stdout)
@@ -460,6 +479,18 @@ def test_warm_compiles_what_a_scene_needs_and_runs_nothing(
     explained = json.loads(call("explain", windy, "--until", "0.1", "--compile", "always", "--json").stdout)
     assert explained["groups"][0]["kernel"]["origin"] == "cache"
     assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 1
+
+
+def test_warm_compiles_the_driver_and_the_forces_of_a_scene_to_tolerances(call: Call, windy: Path) -> None:
+    windy.write_text("\n".join(line for line in WINDY.splitlines() if not line.startswith("dt")))
+    told = json.loads(call("warm", windy, "--compile", "always", "--json").stdout)
+    assert [one["what"] for one in told] == ["forces: basic:quadratic_drag", "driver radau15"]
+    assert {one["origin"] for one in told} <= {"compiled", "cache", "memory"}
+    (left,) = json.loads(call("warm", windy, "--json").stdout)
+    assert left["because"] == 'not compiled: compile="never"'
+    windy.write_text(WINDY.replace("basic:quadratic_drag", "basic:linear_drag").replace("\ndrag_area", "\n# drag_area"))
+    (exact,) = json.loads(call("warm", windy, "--compile", "always", "--json").stdout)
+    assert exact["because"] == "in closed form: core:linear"
 
 
 def test_warm_without_a_scene_compiles_each_law_of_the_packs(

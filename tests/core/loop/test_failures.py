@@ -58,7 +58,7 @@ class Burst(xp.FieldLaw):
 
 
 def scene(law: type[xp.FieldLaw], compile: str, count: int, **options: Any) -> tuple[xp.PhysicsEngine, Any]:
-    engine = xp.PhysicsEngine(compile=compile, **options)
+    engine = xp.PhysicsEngine(compile=compile, stepper="core:midpoint", **options)
     made, drag = engine.add_law(law), engine.add_law("basic:linear_drag")
     for k in range(count):
         place = (1.0, 0.1 * k, -1.0) if k == count - 1 or law is not Burst else (0.0, 0.0, 0.0)
@@ -123,7 +123,7 @@ def test_motion_that_leaves_the_range_of_floats_names_the_object_and_leaves_it_f
 
 @ways
 def test_the_last_flight_of_a_run_does_not_end_outside_the_range(compile: str, count: int) -> None:
-    engine = xp.PhysicsEngine(compile=compile)
+    engine = xp.PhysicsEngine(compile=compile, stepper="core:midpoint")
     drag = engine.add_law("basic:linear_drag", coefficient=0.0)
     for k in range(count):
         speed = (1e308 if k == 1 else 1.0, 0.0, 0.0)

@@ -84,3 +84,21 @@ def test_a_force_that_fails_is_reported_by_the_step_and_not_by_the_look() -> Non
         engine.add_object(xp.PhysicalObject(name=name), laws=[pull])
     with pytest.raises(xp.errors.LawFailedError, match="Two bodies in one place"):
         engine.run(until=1.0, dt=0.01)
+
+
+@pytest.mark.parametrize("stepper", ["core:adaptive", "core:implicit"])
+def test_steps_that_follow_tolerances_are_not_warned_of(stepper: str, recwarn: pytest.WarningsRecorder) -> None:
+    class Hard(xp.FieldLaw):
+        """A well that is far too steep for the host steps."""
+
+        strength = xp.Param(1e6, unit="N/m^3")
+
+        def force(self, body: Any) -> Any:
+            return -self.strength * body.position.dot(body.position) * body.position
+
+    engine = xp.PhysicsEngine(stepper=stepper, compile="never")
+    engine.add_object(
+        xp.PhysicalObject(position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.0)), laws=[engine.add_law(Hard)]
+    )
+    engine.run(until=0.02, dt=0.01)
+    assert not recwarn.list

@@ -12,6 +12,8 @@ import pytest
 
 import xpheve as xp
 from xpheve.errors import LawFailedError, NoStepperError
+from xpheve.loop.drivers import radau15
+from xpheve.steppers.adaptive import Adaptive
 
 TIGHT = {"rtol": 1e-13, "atol": 1e-13}
 
@@ -97,6 +99,33 @@ def state_of(engine: xp.PhysicsEngine) -> list[Any]:
 
 def served_by(engine: xp.PhysicsEngine) -> str:
     return str(engine.explain())
+
+
+def test_forces_that_balance_to_rounding_make_no_step_shorter() -> None:
+    """The body in the middle is drawn to both sides alike; a fall at its final speed is steady: what is left of their forces is rounding."""
+    engine = xp.PhysicsEngine()
+    gravity = engine.add_law("basic:universal_gravity", gravitational_constant=1.0, softening=0.1)
+    bodies = [xp.PhysicalObject(mass=1.0, position=(k, 0.0, 0.1 * k)) for k in range(3)]
+    engine.add_objects(bodies, laws=[gravity])
+    engine.run(until=0.3)
+    assert steps_of(engine) < 20
+    assert bodies[1].position == pytest.approx((1.0, 0.0, 0.1), abs=1e-12)
+    assert bodies[0].position[0] + bodies[2].position[0] == pytest.approx(2.0, abs=1e-12)
+
+    engine = xp.PhysicsEngine(up="z")
+    laws = [
+        engine.add_law("basic:planet_gravity", acceleration=10.0),
+        engine.add_law("basic:quadratic_drag", density=1.0),
+    ]
+    stone = engine.add_object(xp.PhysicalObject(mass=1.0, drag_area=0.2), laws=laws)
+    engine.run(until=1000.0)
+    assert stone.velocity[2] == pytest.approx(-math.sqrt(2.0 * 10.0 / (0.47 * 0.2)), rel=1e-6)
+    assert steps_of(engine) < 2000
+
+
+def steps_of(engine: xp.PhysicsEngine) -> int:
+    """How many steps its groups have made."""
+    return sum(group["steps"] for group in engine.explain().data["groups"])
 
 
 def test_it_serves_what_has_no_closed_form_to_tolerances_and_leaves_host_steps_to_others() -> None:
@@ -299,6 +328,32 @@ def test_a_heavy_top_keeps_its_energy_and_momenta() -> None:
     assert abs(body.angular_velocity[0]) > 1e-3
 
 
+def test_rotation_under_torques_has_the_order_of_translation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At steps of a given length the attitude of a satellite, and its spin, err as h^15, as places do (`test_radau15`)."""
+    packed = Adaptive._pack
+
+    def satellite(steps: int) -> Any:
+        def fixed(self: Adaptive, *given: Any) -> Any:
+            s, d = packed(self, *given)
+            s[radau15.FIXED] = 6.0 / steps
+            return s, d
+
+        monkeypatch.setattr(Adaptive, "_pack", fixed)
+        engine = scene(compile="never")
+        body = xp.PhysicalObject(
+            inertia=(1.0, 2.0, 2.5), position=(1.0, 0, 0), velocity=(0, 1.1, 0.1), angular_velocity=(0.9, 4.5, -1.2)
+        )
+        engine.add_object(body, laws=[engine.add_law(Tide)])
+        engine.run(until=6.0, rtol=1e-15, atol=1e-15)
+        return np.array([*body.orientation, *body.angular_velocity])
+
+    exact, coarse, fine = satellite(80), satellite(16), satellite(24)
+    for part in (slice(0, 4), slice(4, 7)):
+        errors = [float(np.abs(one - exact)[part].max()) for one in (coarse, fine)]
+        assert errors[0] < 1e-7
+        assert math.log(errors[0] / errors[1]) / math.log(1.5) == pytest.approx(15.0, abs=1.0)
+
+
 def turn_of(body: xp.PhysicalObject) -> Any:
     """The matrix that takes vectors from the body to the world."""
     w, x, y, z = body.orientation
@@ -334,6 +389,18 @@ def test_a_satellite_under_the_gradient_of_gravity_keeps_its_energy() -> None:
     assert math.hypot(*body.position) == pytest.approx(1.0, abs=1e-14)
 
 
+@pytest.mark.parametrize(("rtol", "steps"), [(1e-3, 100), (1e-6, 200), (1e-13, 1000)])
+def test_a_place_where_forces_vanish_to_third_order_is_passed(rtol: float, steps: int) -> None:
+    """x'' = -x^3 on a line: a period from rest at 1 is sqrt(8) times K(1/2), Jacobi's lemniscate."""
+    engine = scene(compile="never")
+    body = xp.PhysicalObject(position=(1.0, 0.0, 0.0))
+    engine.add_object(body, laws=[engine.add_law(Quartic)])
+    engine.run(until=7.416298709205487, rtol=rtol, atol=rtol)
+    assert body.position == pytest.approx((1.0, 0.0, 0.0), abs=10 * rtol)
+    (batch,) = [one for one in engine._world.batches if one.state.count]
+    assert batch.state.numbers["steps"] < steps
+
+
 def test_points_that_meet_are_named_with_a_way_out() -> None:
     engine = scene(compile="never")
     law = engine.add_law("basic:universal_gravity", gravitational_constant=1.0)
@@ -350,3 +417,17 @@ def test_a_body_at_rest_without_force_stays_where_it_is() -> None:
     engine.add_object(body, laws=[engine.add_law(Quartic)])
     engine.run(until=100.0, **TIGHT)
     assert body.position == (0.0, 0.0, 0.0)
+
+
+def test_forces_that_rounding_alone_changes_do_not_shorten_steps() -> None:
+    engine = scene()
+    drag = engine.add_law("basic:linear_drag", coefficient=5.0)
+    laws = [engine.add_law("basic:planet_gravity", acceleration=10.0), drag]
+    ends = [xp.PhysicalObject(mass=0.1, position=(1.0 + 0.01 * k, 0.0, 0.0), velocity=(0.0, -0.2, 0.0)) for k in (0, 1)]
+    engine.add_objects(ends, laws=laws)
+    # Both fall at their final speed, so that all that is left of the forces is what a stiff spring makes of the last digits of places.
+    engine.add_law("basic:spring", stiffness=1e8, rest_length=0.01, pairs=[tuple(ends)])
+    engine.run(until=0.1)
+    assert [body.velocity[1] for body in ends] == pytest.approx([-0.2, -0.2], abs=1e-9)
+    assert [body.position[1] for body in ends] == pytest.approx([-0.02, -0.02], abs=1e-9)
+    assert engine.explain().data["groups"][0]["steps"] < 50_000

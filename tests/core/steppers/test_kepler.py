@@ -15,6 +15,7 @@ from tests.core.kernels.test_kepler import EPSILON, apart, length, reference
 
 import xpheve as xp
 from xpheve.errors import LawFailedError, XpheveWarning
+from xpheve.kernels.clock import later
 
 Vec = tuple[float, float, float]
 KEPLER = "core:kepler"
@@ -459,3 +460,18 @@ def test_what_has_no_force_flies_straight(fixed: bool) -> None:
     other = engine.add_object(xp.PhysicalObject(velocity=(1.0, 2.0, 0), position=(0.0, 0, 0), charge=1.0), laws=[law])
     engine.run(until=10.0)
     assert other.position == (10.0, 20.0, 0.0) and KEPLER in stepper_of(engine)
+
+
+def test_many_times_are_read_at_once_to_the_same_bits() -> None:
+    engine, _, one, other = pair((0.1, 0.0, 0.02), (0.0, 4.2, 0.1), drift=(0.3, -0.1, 0.0), field=0.2)
+    engine.run(until=0.3)
+    world = engine._world
+    times = [later((0.3, 0.0), s) for s in np.random.default_rng(1).uniform(0.0, 50.0, 100).tolist()]
+    for body in (one, other):
+        for name in ("position", "velocity", "orientation"):
+            together = world.read_times(body._row, name, times)
+            assert together.tolist() == np.array([world.read_row(body._row, name, t) for t in times]).T.tolist()
+    other.velocity = (0.0, 4.0, 0.0)
+    engine.run(until=0.4)
+    again = world.read_times(other._row, "position", [(1.0, 0.0)])
+    assert again[:, 0].tolist() == list(world.read_row(other._row, "position", (1.0, 0.0)))

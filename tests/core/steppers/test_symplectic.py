@@ -257,6 +257,21 @@ def test_an_event_inside_a_step_divides_it() -> None:
     assert np.abs(kicked(4, 0.02) - exact).max() < 5e-8
 
 
+def test_a_step_after_a_very_short_rest_of_one_is_read_as_well_as_any() -> None:
+    """Two kicks just before and after a grid point: the sliver between them is no support for what comes."""
+    engine, (body,) = planet(8)
+    for t in (0.25 - 1e-6, 0.25 + 0.03):
+        engine.run(until=t, dt=1 / 16)
+        energy = engine.energy().total
+        body.velocity = tuple(-v for v in body.velocity)
+    other, (fresh,) = planet(8)
+    other.run(until=0.25 - 1e-6, dt=1 / 1024)
+    fresh.velocity = tuple(-v for v in fresh.velocity)
+    other.run(until=0.25 + 0.03, dt=1 / 1024)
+    assert energy == pytest.approx(other.energy().total, abs=1e-10)
+    assert math.dist(body.position, fresh.position) < 1e-9
+
+
 def test_an_event_divides_the_step_of_its_own_group_alone() -> None:
     def run(strike: bool) -> tuple[list[str], tuple[float, ...]]:
         engine, objects = planet(6, count=3)

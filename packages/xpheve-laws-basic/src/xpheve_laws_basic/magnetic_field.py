@@ -20,13 +20,15 @@ class MagneticField(FieldLaw):
 
     Benefits and drawbacks: with ``basic:electric_field`` on the same objects it makes the Lorentz force, and any other force may
     act beside it. Alone, or beside other linear forces, the circle is in closed form. Beside others it is stepped; the energy that a
-    step of dt of the midpoint adds by its error is (w dt)^4/4 of the kinetic energy across B, where w = |q| B/m: with 100 steps a gyration 4e-4 of it is gained each
+    step of dt of the midpoint adds by its error is (w dt)^4/4 of the kinetic energy across B, where w = |q| B/m: with 100 steps a gyration
+    4e-4 of it is gained each
     gyration.
 
     Units: field B [T], charge q [C], velocity v [m/s], force [N]. The force does no work: its potential is 0 [J].
 
     Cost: one evaluation a step, nine multiplications a body; O(n) for n bodies.
-    Accuracy: exact, to rounding, where all that acts is linear; else as exact as the stepper; order 2 in dt with the midpoint, whose speed grows by (w dt)^4/8 a step: keep w dt < 0.1.
+    Accuracy: exact, to rounding, where all that acts is linear; else as exact as the stepper; order 2 in dt with the midpoint, whose speed
+    grows by (w dt)^4/8 a step: keep w dt < 0.1.
 
     Source: J. D. Jackson, Classical Electrodynamics (3rd ed. 1999), sections 5.1 and 12.2.
     """

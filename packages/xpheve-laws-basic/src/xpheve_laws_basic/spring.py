@@ -28,7 +28,8 @@ class Spring(PairLaw):
     Units: stiffness k [N/m], lengths [m], force [N]; the potential is k (|d| - L)^2 / 2 [J].
 
     Cost: one evaluation a step, some twenty operations, a square root and three divisions a pair; O(n^2) for n bodies that are all joined.
-    Accuracy: exact, to rounding, with L = 0 where all that acts is linear; else as exact as the stepper; order 2 in dt with the midpoint, stable while dt < 2 sqrt(m/k), where m is
+    Accuracy: exact, to rounding, with L = 0 where all that acts is linear; else as exact as the stepper; order 2 in dt with the midpoint,
+    stable while dt < 2 sqrt(m/k), where m is
     the reduced mass m_a m_b / (m_a + m_b).
 
     Source: R. Hooke, Lectures de Potentia Restitutiva (1678); L. D. Landau, E. M. Lifshitz, Mechanics (3rd ed.

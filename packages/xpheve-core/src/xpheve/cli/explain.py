@@ -30,15 +30,19 @@ def command(
 ) -> None:
     """Explain SCENE: groups and their steppers, laws and what they cost, what was skipped, the error.
 
-    As it stands at time 0, or with --until after a run; counts and drift tell more then.
+    As it stands at time 0, with steps of --dt or of the scene's [run] if there are any; or with --until after a run: counts and drift tell
+    more then.
     """
     from xpheve.cli.output import print_json, progress
     from xpheve.scene import read
+    from xpheve.steppers.contract import Settings
 
     file = read(scene, allow_outside=allow_outside)
     engine = file.build(without=without, compile=compile_)
+    dt = dt if dt is not None else file.run.dt
+    if until is None and dt is not None:
+        engine._world.set_out(Settings(dt))
     if until is not None:
-        dt = dt if dt is not None else file.run.dt
         rtol, atol = (file.run.rtol, file.run.atol) if dt is None else (None, None)
         with progress(engine, until, shown=not as_json):
             engine.run(until, dt=dt, rtol=rtol, atol=atol)

@@ -38,8 +38,9 @@ def command(
         if not scenes:
             found = [{"scene": None, **one._asdict()} for one in warm_laws(PhysicsEngine, Registry.default())]
         for scene in scenes:
-            engine = read(scene, allow_outside=allow_outside).build(without=without, compile=compile_)
-            found += [{"scene": str(scene), **one._asdict()} for one in warm(engine)]
+            file = read(scene, allow_outside=allow_outside)
+            engine = file.build(without=without, compile=compile_)
+            found += [{"scene": str(scene), **one._asdict()} for one in warm(engine, file.run.dt)]
     if as_json:
         print_json(found)
     else:

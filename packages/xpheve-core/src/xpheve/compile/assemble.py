@@ -12,6 +12,7 @@ import copy
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from xpheve.compile.parsing import parse
 from xpheve.errors import CompileError
@@ -36,7 +37,18 @@ def assemble(body: str, files: Mapping[str, str] | None = None) -> str:
     CompileError
         A file that cannot be read, imports what a kernel file may not, or lacks a name that is used.
     """
-    writer = _Writer(_Library(files or {}))
+    if not files:  # xPheve's own do not change while it runs
+        return _assembled(body)
+    return _assemble(body, files)
+
+
+@lru_cache(maxsize=64)
+def _assembled(body: str) -> str:
+    return _assemble(body, {})
+
+
+def _assemble(body: str, files: Mapping[str, str]) -> str:
+    writer = _Writer(_Library(files))
     for node in _in_order(parse(body)):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             file, mark, name = node.id.partition(MARK)

@@ -1,7 +1,8 @@
-"""Where rows that only act are at a time: Chebyshev polynomials, piece by piece.
+"""Where rows that only act are at a time: polynomials, piece by piece.
 
 ``g`` holds, for each of ``count`` rows: the row, how many pieces there are, their degree, and where they begin in ``g``. A piece is when it begins,
-2 over its length, then the coefficients of three coordinates and, after these, of three velocities. Buffers are flat.
+2 over its length, then the Chebyshev coefficients of three coordinates and, after these, of three velocities. A degree below 0 says that pieces are
+parabolas: when one begins, as two numbers, then position, velocity and acceleration there. Buffers are flat.
 
 Source: C. W. Clenshaw, Math. Tables Aids Comput. 9 (1955) 118 (the sum of a Chebyshev series).
 """
@@ -17,15 +18,23 @@ def follow(s: list[float], g: list[float], count: int, rows: int, x: int, v: int
         pieces = int(g[4 * k + 1])
         size = int(g[4 * k + 2]) + 1
         first = int(g[4 * k + 3])
+        width = 6 * size + 2 if size > 0 else 11
         low = 0
         high = pieces
         while high - low > 1:
             middle = (low + high) // 2
-            if now >= g[first + middle * (6 * size + 2)]:
+            if now >= g[first + middle * width]:
                 low = middle
             else:
                 high = middle
-        at = first + low * (6 * size + 2)
+        at = first + low * width
+        if size <= 0:
+            h = (now - g[at]) - g[at + 1]
+            for c in range(3):
+                s[x + c * rows + row] = g[at + 2 + c] + h * (g[at + 5 + c] + 0.5 * h * g[at + 8 + c])
+                if moves != 0:
+                    s[v + c * rows + row] = g[at + 5 + c] + h * g[at + 8 + c]
+            continue
         u = (now - g[at]) * g[at + 1] - 1.0
         for c in range(3):
             s[x + c * rows + row] = series(g, at + 2 + c * size, size, u)

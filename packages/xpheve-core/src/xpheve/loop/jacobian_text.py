@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from xpheve.loop.couples import LISTED, variable
 from xpheve.loop.drivers.implicit import HEADER
 from xpheve.loop.fields import AXES
-from xpheve.loop.motion import COUNTS, FIRST_COUNTS, FIRST_LISTS, LISTS
+from xpheve.loop.motion import COUNTS, FIRST_COUNTS, FIRST_LISTS, LISTS, STILL_LEFT, STILL_RIGHT
 from xpheve.loop.terms import SCENE, Term, depends, rowwise, shared_nodes, slot_of
 from xpheve.trace.derivative import is_zero, jacobian
 from xpheve.trace.emit import Writer
@@ -218,6 +218,13 @@ def _pairs(motion: MotionText, number: int, pair: PairKind) -> list[str]:
             inner += ["q = which[m]", *head]
         inner += [*loads("a"), *loads("b"), *force, *act]
         return [*lines, "    for m in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
+    if pair.how in (STILL_LEFT, STILL_RIGHT):
+        still, moved = ("i", "j") if pair.how == STILL_LEFT else ("j", "i")
+        outer = [f"{still} = left[m]", *([] if pair.shared else ["q = which[m]"]), *head]
+        lines += ["    for m in range(count):", *(f"        {line}" for line in outer)]
+        lines.append(f"        for {moved} in range(right[2 * m], right[2 * m + 1]):")
+        inner = [*loads("a"), *loads("b"), *force, *act]
+        return [*lines, *(f"            {line}" for line in inner), "    return 0", ""]
     lines += [f"    {line}" for line in head]
     lines += ["    for m in range(count):", "        i = left[m]", *(f"        {line}" for line in loads("a"))]
     inner = ["j = left[m + 1 + l]", *loads("b"), *force, *act]

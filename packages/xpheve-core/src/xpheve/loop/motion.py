@@ -29,6 +29,9 @@ FIRST_LISTS, LISTS = 3, 3
 """The first of the buffers with lists of pairs, and how many each set has."""
 FIRST_COUNTS, COUNTS = 4, 2
 """The first of the counts of sets of pairs, and how many each has."""
+STILL_LEFT, STILL_RIGHT = "from still rows on the left", "from still rows on the right"
+"""Which pairs: those of rows that do not move, each with rows that lie side by side. The first list has the former, the second where the latter begin
+and end."""
 SCRATCH = 5
 """The buffer of scratch that all sets of pairs share; after it comes one for each set."""
 PLACES, ROTATION = 3, 7
@@ -286,6 +289,8 @@ class PairsText:
             inner += [*self._loads("a", "i"), *self._loads("b", "j"), *self.force]
             inner += [*self._add("i", "+"), *self._add("j", "-")]
             return [*head, "    for m in range(count):", *(f"        {line}" for line in inner), "    return 0", ""]
+        if self.how in (STILL_LEFT, STILL_RIGHT):
+            return self._from_still(head)
         head += [f"    {line}" for line in self.parameters + self.fixed]
         outer = ["i = left[m]", *self._loads("a", "i"), *(f"sum{c} = 0.0" for c in range(3))]
         inner = ["j = left[m + 1 + l]", *self._loads("b", "j"), *self.force]
@@ -294,6 +299,20 @@ class PairsText:
         lines = [*head, "    for m in range(count):", *(f"        {line}" for line in outer)]
         lines += ["        for l in range(count - 1 - m):", *(f"            {line}" for line in inner)]
         return [*lines, *(f"        {line}" for line in after), "    return 0", ""]
+
+    def _from_still(self, head: list[str]) -> list[str]:
+        """The lines of the function for pairs with rows that do not move, which feel nothing: loops of which compilers make vectors."""
+        still, felt, sign = ("a", "b", "-") if self.how == STILL_LEFT else ("b", "a", "+")
+        outer = ["j = left[m]"]
+        if self.shared:
+            head += [f"    {line}" for line in self.parameters + self.fixed]
+        else:
+            outer += ["q = which[m]", *self.parameters, *self.fixed]
+        outer += [*self._loads(still, "j"), "first = right[2 * m]", "last = right[2 * m + 1]"]
+        inner = [*self._loads(felt, "i"), *self.force, *self._add("i", sign)]
+        lines = [*head, "    for m in range(count):", *(f"        {line}" for line in outer)]
+        lines += ["        for i in range(first, last):", *(f"            {line}" for line in inner)]
+        return [*lines, "    return 0", ""]
 
     def _write(self) -> None:
         """The lines of one pair's force, and of what all pairs of an instance share."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from xpheve.kernels.clock import Instant, elapsed, later
+from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.kernels.course import HEAD
 from xpheve.plan.wakeups.motion import Motion, motion_of
 from xpheve.steppers.contract import Array, Rows
@@ -16,15 +16,16 @@ from xpheve.steppers.contract import Array, Rows
 DEGREE = 24
 ROUNDING = 2e-15  # last coefficients against the largest
 NOISY = 8.0  # times the difference between neighbouring floats of time: shorter pieces say no more than that
-EARLY = 2.0**-20  # [s] the first window of a straight way
-STRIDE = 6  # windows of a straight way from one instant where steps have to end to the next
 PACES = 64.0  # in a window of a source that is known without end
 MOST = 256  # pieces that are kept for many steps
 SHORTEST = 2.0**-30  # of the window: no shorter pieces are made
 
 
 class Piece(NamedTuple):
-    """Positions and velocities from ``begin`` on for ``span`` [s]: ``coefficients`` (6, `DEGREE` + 1)."""
+    """The way from ``begin`` on for ``span`` [s].
+
+    ``coefficients`` are Chebyshev's of positions and velocities, (6, `DEGREE` + 1); or position, velocity and acceleration, (9,), of a parabola.
+    """
 
     begin: Instant
     span: float
@@ -68,28 +69,22 @@ class Courses:
             if first not in windows:
                 self.changes += 1
                 straight = motion.curve is None
-                windows[first] = [self._parabola(row, motion, low, high)] if straight else self._pieces(row, low, high)
+                windows[first] = [self._parabola(row, motion)] if straight else self._pieces(row, low, high)
             at = high
             count = sum(len(windows[one]) for one in wanted)
             if math.isfinite(motion.span) or at >= end or (at >= least and count >= MOST):
                 break
-            if least <= begin and (motion.curve is not None or math.frexp(at[0])[1] % STRIDE == 0):
+            if least <= begin:
                 break
         for one in [one for one in windows if one not in wanted]:
             del windows[one]
             self.changes += 1
         return min(at, end)
 
-    def _parabola(self, row: int, motion: Motion, begin: Instant, end: Instant) -> Piece:
-        """The piece of a way under constant acceleration, without rounding but that of its sums."""
-        h = 0.5 * elapsed(end, begin)
-        x, v = (np.array(self.world.read_row(row, name, begin)) for name in ("position", "velocity"))
-        a = np.array(motion.a)
-        found = np.zeros((6, DEGREE + 1))
-        # s = h (1 + u), u^2 = (1 + T_2(u)) / 2
-        found[:3, 0], found[:3, 1], found[:3, 2] = x + h * (v + 0.75 * h * a), h * (v + h * a), 0.25 * h * h * a
-        found[3:, 0], found[3:, 1] = v + h * a, h * a
-        return Piece(begin, 2.0 * h, found)
+    def _parabola(self, row: int, motion: Motion) -> Piece:
+        """All of a way under constant acceleration: as exact as the flight itself, however long."""
+        x, v = (self.world.read_row(row, name, motion.begin) for name in ("position", "velocity"))
+        return Piece(motion.begin, motion.span, np.array([*x, *v, *motion.a]))
 
     def _pieces(self, row: int, begin: Instant, end: Instant) -> list[Piece]:
         """Pieces, halved until each is resolved to rounding, from ``begin`` to ``end``."""
@@ -137,30 +132,25 @@ class Courses:
         at = HEAD * len(self._windows)
         for row, windows in self._windows.items():
             pieces = [piece for first in sorted(windows) for piece in windows[first]]
-            head += [float(places[row]), float(len(pieces)), float(DEGREE), float(at)]
+            straight = pieces[0].coefficients.ndim == 1
+            head += [float(places[row]), float(len(pieces)), -2.0 if straight else float(DEGREE), float(at)]
             for one in pieces:
-                begin = one.begin[0] + one.begin[1]
-                parts.append(np.concatenate([[begin, 2.0 / one.span], one.coefficients.ravel()]))
+                begin = one.begin if straight else (one.begin[0] + one.begin[1], 2.0 / one.span)
+                parts.append(np.concatenate([begin, one.coefficients.ravel()]))
                 at += len(parts[-1])
         return np.concatenate([np.array(head), *parts])
 
 
 def _window(motion: Motion, t: Instant) -> tuple[Instant, Instant]:
-    """The window of ``motion`` that holds ``t``: all of it, if it ends; else one of a row that the motion alone decides.
-
-    A straight way is cut at powers of two, so that its pieces are as exact as time is.
-    """
+    """The window of ``motion`` that holds ``t``: all of it, if it ends; else one of a row that the motion alone decides."""
     if math.isfinite(motion.span):
         return motion.begin, later(motion.begin, motion.span)
-    now = t[0] + t[1]
     if motion.curve is None:
-        first = 2.0 ** math.floor(math.log2(now)) if now >= EARLY else 0.0
-        last = 2.0 * first or EARLY
-    else:
-        width = 2.0 ** math.ceil(math.log2(PACES * motion.curve.pace()))
-        first = math.floor(now / width) * width
-        last = first + width
-    return max((first, 0.0), motion.begin), (last, 0.0)
+        return motion.begin, NEVER
+    now = t[0] + t[1]
+    width = 2.0 ** math.ceil(math.log2(PACES * motion.curve.pace()))
+    first = math.floor(now / width) * width
+    return max((first, 0.0), motion.begin), (first + width, 0.0)
 
 
 @cache

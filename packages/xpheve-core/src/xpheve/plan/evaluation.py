@@ -555,6 +555,10 @@ class BatchSources:
         self.jumps = self._jumps([self.world.bodies.objects[row] for row in self.rows.tolist()])
         if self._program is not None:
             self._program.forget_parameters()
+        self.forget_rows()
+
+    def forget_rows(self) -> None:
+        """Masses, columns or stored forces of some rows are others."""
         if self._motion is not None:
             self._motion.forget()
 

@@ -196,6 +196,9 @@ def _how(world: World, law: PhysicalLaw, objects: int) -> tuple[str, str]:
     if law.containers:
         conditions = ", ".join(str(container.condition) for container in law.containers)
         return "event", f"its condition has not fired: {conditions}"
+    batches = [batch for batch in world.batches if law in batch.laws and batch.state.count]
+    if batches and all(batch.choice.offers[batch.stepper.id].exact for batch in batches):
+        return "along the way", f"in closed form: {', '.join(dict.fromkeys(batch.stepper.id for batch in batches))}"
     return "along the way", "no time has passed"
 
 

@@ -138,7 +138,7 @@ def told_of(
     """What is said of a law that is evaluated along the way; ``tiers`` are those of the batches, by number."""
     own = [tiers[batch.number] for batch in world.batches if law in batch.laws and batch.number in tiers]
     found = {
-        "tier": ", ".join(dict.fromkeys(own)),
+        "tier": ", ".join(filter(None, dict.fromkeys(own))),
         "switched": world.is_switched(law),
         "share": shares.get(law),
         "summed": summed(world, law),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,11 +23,12 @@ from xpheve.loop.long_range import (
     why_no_tree,
     work_of,
 )
-from xpheve.loop.motion import PLACES, MotionText
-from xpheve.loop.program import COMPILED, INTERPRETED, values_of
+from xpheve.loop.motion import PLACES, STILL_LEFT, STILL_RIGHT, MotionText
+from xpheve.loop.program import COMPILED, INTERPRETED, LISTED, Couples, values_of
 from xpheve.loop.terms import slot_of
 from xpheve.loop.text import PairKind
-from xpheve.steppers.contract import Array
+from xpheve.plan.programs import inverse_masses
+from xpheve.steppers.contract import Array, Rows
 from xpheve.trace.inverse_square import inverse_square
 
 if TYPE_CHECKING:
@@ -36,8 +37,12 @@ if TYPE_CHECKING:
 
 COMPILE_AFTER = 50_000
 """Evaluations times rows and pairs that are interpreted before it pays to compile: a second or two. Both give the same bits."""
-PAUSE = 200_000_000
-"""Evaluations times rows and pairs of one compiled call: a second or two, so that nobody waits long."""
+PAUSE = 5_000_000
+"""Evaluations times rows and pairs of one compiled call: a tenth of a second, so that nobody waits long."""
+BREATH = COMPILE_AFTER // 5
+"""The same of an interpreted call; a part of `COMPILE_AFTER`, so that a call ends there."""
+MOST_LOOPS = 64
+"""Loops over pairs in one text up to which it is compiled unasked: each law without `between` has its own, and hundreds take minutes."""
 EVALUATIONS, BUDGET = 0, 1
 """In a driver's own integers: evaluations of ``forces`` so far, and after how many to stop."""
 PLACES_OF_CALL, FORCES, JACOBIANS = 2, 6, 7
@@ -46,6 +51,8 @@ FIRST_OWN = 8
 """The first of a driver's integers that is its own affair; those before it are for all drivers."""
 
 
+LONG_RUN = 8
+"""Pairs of one still row with rows side by side, from which on average it pays to go through these row by row."""
 STEADY = "core:symplectic"
 """How the ids of steppers begin that bear a tree's error; where none was asked for, steps of a given length are such a one's, too."""
 
@@ -71,7 +78,7 @@ class Motion:
         self.held = sources.held
         bodies, own = self.world.bodies, sources.rows
         self.segments, self.couples = self.held._parts
-        turning = any(term.of_turning for term in self.held.terms.values())
+        turning = any(term.of_turning for term in self.held.terms.values()) or self._turns_already()
         turning = turning or bool(bodies.arrays["torque"][:, own].any())
         stored_work = bool(bodies.arrays["working"][:, own].any())
         kinds = list(dict.fromkeys(one.terms for one in self.segments))
@@ -79,6 +86,8 @@ class Motion:
         self._followed = -1
         self._given: list[dict[str, Any]] | None = None
         self._found: list[str] = []
+        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
+        self._runs: dict[int, Runs | None] = {}
         self._hows = self._ways()
         pair_kinds = [
             PairKind(one.term, how, one.which is None) for one, how in zip(self.couples, self._hows, strict=True)
@@ -88,7 +97,6 @@ class Motion:
         self.text = MotionText(kinds, pair_kinds, stored_work, turning, charges, self.courses is not None)
         self.components, self.works = self.text.components, self.text.works
         self.reads_velocity, self.reads_time = self.text.reads_velocity, self.text.reads_time
-        self.moving, self.rows = len(own), len(own) + len(self.held.sources)
         self._kinds = [kinds.index(one.terms) for one in self.segments]
         self._kernels: dict[tuple[str, str], Callable[..., int]] = {}
         self._linked: list[Any] = []
@@ -109,6 +117,13 @@ class Motion:
         """About how many operations on rows and pairs an evaluation has."""
         return self.moving + sum(work_of(how, len(one.left)) for one, how in zip(self.couples, self._hows, strict=True))
 
+    def _turns_already(self) -> bool:
+        """Whether the rotation of the batch was a part of its steps so far: then it stays one, though torques are over."""
+        world, own = self.world, self.sources.rows
+        number = int(world.bodies.batch[own[0]]) if len(own) else -1
+        carried = number >= 0 and world.batches[number].state.numbers.get("turning") == 1.0
+        return carried or self.sources.signature.torque != "none"
+
     def fits(self) -> bool:
         """Whether the stored forces, and torques, are still of the kind that the text was made for."""
         arrays, own = self.world.bodies.arrays, self.sources.rows
@@ -127,7 +142,13 @@ class Motion:
         return self._found
 
     def _ways_of(self) -> list[str]:
-        return [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        found = [how_to_sum(one.how, len(one.left), one.term, one.laws[0], self._steady) for one in self.couples]
+        for number, how in enumerate(found):
+            if how == LISTED and number not in self._runs:
+                self._runs[number] = runs_of(self.couples[number], self.moving)
+            runs = self._runs.get(number)
+            found[number] = how if runs is None else runs.how
+        return found
 
     @property
     def _steady(self) -> bool:
@@ -177,15 +198,18 @@ class Motion:
         counts = [len(self.segments), self.rows, self.moving, suns]
         lists = []
         self._own: list[Array] = []
-        for couples, how in zip(self.couples, self._hows, strict=True):
-            right = couples.right
+        for number, (couples, how) in enumerate(zip(self.couples, self._hows, strict=True)):
+            left, right, of = couples.left, couples.right, couples.which
+            runs = self._runs.get(number)
+            if runs is not None:
+                left, right, of = runs.still, runs.rows, runs.which
             if how == TREE:
                 right = np.zeros(tree.ints(len(couples.left)), dtype=np.int64)
             self._own.append(np.zeros(tree.floats(len(couples.left)) + TOLD if how == TREE else 1))
             places = at + couples.term.size * np.arange(len(couples.laws), dtype=np.int64)
-            counts += [len(couples.left), at]
-            which = places if couples.which is None else places[couples.which]
-            lists += [couples.left, right if len(right) else _NOTHING, which]
+            counts += [len(left), at]
+            which = places if of is None else places[of]
+            lists += [left, right if len(right) else _NOTHING, which]
             at += couples.term.size * len(couples.laws) + (TREE_PARAMETERS if how == TREE else 0)
         whole = [np.array(counts, dtype=np.int64), np.array(segments or [0], dtype=np.int64), _NOTHING]
         return [*whole, *(np.ascontiguousarray(one, dtype=np.int64) for one in lists)]
@@ -214,8 +238,7 @@ class Motion:
             at = slots.first[name]
             found[at : at + len(values), : values.shape[1]] = values
 
-        inverse = 1.0 / bodies.arrays["mass"][:, own]
-        put("inverse_mass", inverse)
+        put("inverse_mass", inverse_masses(self.world, own))
         put("stored", bodies.arrays["force"][:, own] / bodies.arrays["mass"][:, own])
         if "stored_working" in slots.first:
             put("stored_working", bodies.arrays["working"][:, own])
@@ -265,8 +288,8 @@ class Motion:
         tier = self.tier(int(d[EVALUATIONS]))
         load = max(1, self.load)
         before = int(d[EVALUATIONS])
-        most = PAUSE if tier == COMPILED or self.world.compile == "never" else COMPILE_AFTER
-        d[BUDGET] = before + max(1, (most if tier == COMPILED else most - (before * load) % most) // load)
+        most = PAUSE if tier == COMPILED else BREATH - (before * load) % BREATH
+        d[BUDGET] = before + max(1, most // load)
         if self._floats is None:
             tables = self.text.tables if len(self.text.tables) else np.zeros(1)
             room = np.zeros(scratch(self.text.terms))
@@ -292,10 +315,16 @@ class Motion:
         """The kernel of ``driver`` in ``tier`` if it was made already; None else."""
         return self._kernels.get((driver, tier))
 
+    def compile(self, driver: str) -> list[Any]:
+        """The compiled kernels of ``driver``, made now if they are not there yet: what it calls, and itself."""
+        kernel = self._kernel(driver, COMPILED)
+        return [*self._linked, kernel]
+
     def tier(self, evaluations: int) -> str:
         """How a driver runs that has called ``forces`` so often."""
         wish = self.world.compile
         enough = wish == "auto" and max(1, evaluations) * self.load >= COMPILE_AFTER
+        enough = enough and len(self.couples) <= MOST_LOOPS
         return COMPILED if wish == "always" or enough else INTERPRETED
 
     def _kernel(self, driver: str, tier: str) -> Callable[..., int]:
@@ -339,6 +368,48 @@ class Motion:
         return LawFailedError(
             f"motion leaves the range of floats after t = {t[0]} s; the engine stands just before. Look at the forces, or at the positions"
         )
+
+
+class Runs(NamedTuple):
+    """Pairs of rows that do not move with rows that do.
+
+    Attributes
+    ----------
+    how
+        `STILL_LEFT` or `STILL_RIGHT`: on which side the former are.
+    still
+        For each run the row that does not move, (runs,).
+    rows
+        The first of its partners, and the one after the last, (2 runs,).
+    which
+        The law whose pairs they are, (runs,); None if there is one.
+    """
+
+    how: str
+    still: Rows
+    rows: Rows
+    which: Rows | None
+
+
+def runs_of(couples: Couples, moving: int) -> Runs | None:
+    """The listed pairs of ``couples`` as runs; None if both of a pair move, below ``moving``, or runs are short.
+
+    The forces on a row are summed in the order of laws, then of rows that act, whichever other rows there are.
+    """
+    for how, still, felt in ((STILL_LEFT, couples.left, couples.right), (STILL_RIGHT, couples.right, couples.left)):
+        if not len(still) or (still < moving).any() or (felt >= moving).any():
+            continue
+        law = np.zeros_like(still) if couples.which is None else couples.which
+        order = np.lexsort((felt, still, law))
+        still, felt, law = still[order], felt[order], law[order]
+        new = (np.diff(still) != 0) | (np.diff(law) != 0) | (np.diff(felt) != 1)
+        first = np.concatenate([[0], 1 + np.flatnonzero(new)])
+        if LONG_RUN * len(first) > len(still):
+            return None
+        last = np.concatenate([first[1:], [len(still)]]) - 1
+        rows = np.stack([felt[first], felt[last] + 1], axis=1).ravel()
+        return Runs(how, still[first], rows, None if couples.which is None else law[first])
+    return None
 
 
 ENTRY = f"""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from xpheve.errors import LawFailedError
 from xpheve.laws import ContinuousLaw, FieldLaw, PairLaw
 from xpheve.loop.array_spin import moments
 from xpheve.loop.program import ALL, LISTED, NEAR, Couples, Program, Segment
@@ -20,6 +21,19 @@ from xpheve.plan.pairs import PairSet
 from xpheve.steppers.contract import Array, Rows
 
 Places = NDArray[np.int64]
+
+
+def inverse_masses(world: Any, rows: Rows | slice) -> Array:
+    """1 / m [1/kg] of ``rows``, (1, rows); raises `LawFailedError` where that is beyond all floats."""
+    mass = world.bodies.arrays["mass"][:, rows]
+    with np.errstate(over="ignore"):
+        found: Array = 1.0 / mass
+    for k in np.flatnonzero(~np.isfinite(found[0])).tolist()[:1]:
+        label = world.bodies.objects[int(np.arange(world.bodies.count)[rows][k])].label
+        raise LawFailedError(
+            f"{label} has a mass of {mass[0, k]} kg, and 1 / mass is beyond the range of a float; use other units"
+        )
+    return found
 
 
 def term_of(world: Any, law: ContinuousLaw) -> Term | None:
@@ -179,10 +193,11 @@ class BatchProgram:
             numbers[first : first + len(given), moving:] = 0.0
         if "spread" in slots.first:
             self._put_rotation(numbers, found, rows)
+        inverse = inverse_masses(self.world, rows)
         mass = bodies.arrays["mass"][0, rows]
         at = slots.first["stored"]
         numbers[at : at + 3, :moving] = bodies.arrays["force"][:, rows] / mass
-        numbers[slots.first["inverse_mass"], :moving] = 1.0 / mass
+        numbers[slots.first["inverse_mass"], :moving] = inverse[0]
         if "stored_working" in slots.first:
             at = slots.first["stored_working"]
             numbers[at : at + 3, :moving] = bodies.arrays["working"][:, rows]

@@ -48,7 +48,7 @@ def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
         return False
     laws = {law: None for obj in group for law in world.continuous_laws(obj)}
     traces = [formula_of(law) for law in laws]
-    if not _may_decay(traces):
+    if not may_decay(traces):
         return False
     system = _System(world, group, [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)])
     x, v = system.state
@@ -65,7 +65,7 @@ def is_stiff(world: World, group: Sequence[PhysicalObject]) -> bool:
         return _is_stiff(x, v, *system.derivatives(x, v), reads_places)
 
 
-def _may_decay(traces: Sequence[Any]) -> bool:
+def may_decay(traces: Sequence[Any]) -> bool:
     """Whether a law reads velocities, all have formulas that can be derived, and none turns objects."""
     from xpheve.trace.graph import walk
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from xpheve.errors import XpheveError
@@ -12,6 +13,8 @@ from xpheve.shapes import Sphere
 
 if TYPE_CHECKING:
     from xpheve.engine import PhysicsEngine
+    from xpheve.plan.groups import Batch
+    from xpheve.plan.world import World
 
 PLACES = ((1e12, 2e12, 3e12), (-2e12, 1e12, 4e12))  # outside of any black hole
 SPEEDS = ((1.0, 0.5, -0.5), (-0.5, 1.0, 0.25))
@@ -26,31 +29,56 @@ class Warmed(NamedTuple):
     because: str = ""
 
 
-def warm(engine: PhysicsEngine) -> Iterator[Warmed]:
-    """Compile what ``engine``, planned as it stands, would compile when time passes; time does not.
+def warm(engine: PhysicsEngine, dt: float | None = None) -> Iterator[Warmed]:
+    """Compile what ``engine``, planned as it stands, would compile in ``run(dt=dt)``, if that is long enough; no time passes.
 
     Raises
     ------
     LawFailedError, TraceError, CompileError
         From the laws, and from the compiler.
     """
-    from xpheve.loop.program import COMPILED
-    from xpheve.plan.tiers import choose_tier, why_tier
-
     world = engine._world
+    world.set_out(replace(world.settings, dt=dt))
     world.plan()
     for batch in world.batches:
         sources = world.sources(batch) if batch.state.count else None
         if sources is None:
             continue
-        program, what = sources.program, " + ".join(batch.signature.laws) or "torques"
-        if program is None:
-            yield Warmed(what, "none", 0.0, sources.why_alone)
-        elif choose_tier(world.compile, sources.load) != COMPILED:
-            yield Warmed(what, "none", 0.0, f"not compiled: {why_tier(world.compile, sources.load)}")
+        what = " + ".join(batch.signature.laws) or "torques"
+        if batch.choice.offers[batch.stepper.id].exact:
+            yield Warmed(what, "none", 0.0, f"in closed form: {batch.stepper.id}")
+        elif batch.stepper.driver and sources.motion is not None:
+            yield from _driver(world, batch, what)
         else:
-            kernel = program.entry(COMPILED)
-            yield Warmed(kernel.what, kernel.origin, kernel.seconds)
+            yield from _loop(world, batch, what)
+
+
+def _driver(world: World, batch: Batch, what: str) -> Iterator[Warmed]:
+    """The driver of ``batch``, and the forces that it calls; how much work there will be, nobody knows yet."""
+    sources = world.sources(batch)
+    assert sources is not None and sources.motion is not None
+    if world.compile == "never":
+        yield Warmed(what, "none", 0.0, 'not compiled: compile="never"')
+        return
+    for kernel in sources.motion.compile(batch.stepper.driver):
+        yield Warmed(kernel.what, kernel.origin, kernel.seconds)
+
+
+def _loop(world: World, batch: Batch, what: str) -> Iterator[Warmed]:
+    """The loop of ``batch`` that is written around its own steps."""
+    from xpheve.loop.program import COMPILED
+    from xpheve.plan.tiers import choose_tier, why_tier
+
+    sources = world.sources(batch)
+    assert sources is not None
+    program = sources.program
+    if program is None:
+        yield Warmed(what, "none", 0.0, sources.why_alone)
+    elif choose_tier(world.compile, sources.load) != COMPILED:
+        yield Warmed(what, "none", 0.0, f"not compiled: {why_tier(world.compile, sources.load)}")
+    else:
+        kernel = program.entry(COMPILED)
+        yield Warmed(kernel.what, kernel.origin, kernel.seconds)
 
 
 def warm_laws(kind: type[PhysicsEngine], registry: Any) -> Iterator[Warmed]:
@@ -59,7 +87,7 @@ def warm_laws(kind: type[PhysicsEngine], registry: Any) -> Iterator[Warmed]:
         if info.kind not in ("field", "pair"):
             continue
         try:
-            found = list(warm(_alone(kind, registry, info.id)))
+            found = list(_loops(_alone(kind, registry, info.id)))
         except XpheveError as error:
             yield Warmed(info.id, "none", 0.0, str(error))
             continue
@@ -67,6 +95,15 @@ def warm_laws(kind: type[PhysicsEngine], registry: Any) -> Iterator[Warmed]:
             yield from found
         else:
             yield Warmed(info.id, "none", 0.0, "constant: its force is stored, and needs no loop")
+
+
+def _loops(engine: PhysicsEngine) -> Iterator[Warmed]:
+    """The loops of fixed steps, also where two objects alone have a closed form."""
+    world = engine._world
+    world.plan()
+    for batch in world.batches:
+        if batch.state.count and world.sources(batch) is not None:
+            yield from _loop(world, batch, " + ".join(batch.signature.laws) or "torques")
 
 
 def _alone(kind: type[PhysicsEngine], registry: Any, ident: str) -> PhysicsEngine:

@@ -33,11 +33,11 @@ from xpheve.plan.groups import (
     choose,
     downstream,
     find_group,
-    signature_of,
     targets_of,
     torque_of,
 )
 from xpheve.plan.hand_kernels import formula_of, is_by_hand
+from xpheve.plan.looks import Looks
 from xpheve.plan.mapping import Mapping
 from xpheve.plan.order import positions, report_clashes
 from xpheve.plan.proof import prove
@@ -140,6 +140,14 @@ class World:
             batch.state, self.bodies, self.time if t is None else t, name, int(self.bodies.local[row])
         )
 
+    def read_times(self, row: int, name: str, times: Sequence[Instant]) -> Array:
+        """Column ``name`` of ``row`` at many ``times``, shape (width, times)."""
+        number = int(self.bodies.batch[row])
+        if number < 0 or name not in STATE_WIDTHS:
+            return np.array([self.bodies.get(name, row)] * len(times)).T
+        batch = self.batches[number]
+        return batch.stepper.read_times(batch.state, self.bodies, times, name, int(self.bodies.local[row]))
+
     def read_all(self, name: str, t: Instant, out: Array | None = None) -> Array:
         """Column ``name`` of all rows at ``t``, shape (width, count), into ``out`` if it fits."""
         bodies = self.bodies
@@ -210,7 +218,7 @@ class World:
             and (law.enabled or self.is_switched(law))
             and not law.containers
             and law not in self.constant
-            and _feels(obj, law)
+            and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj))
         ]
 
     def is_switched(self, law: PhysicalLaw) -> bool:
@@ -313,8 +321,8 @@ class World:
                     continue
                 before = books.snapshot(self, batch)
                 sources = self.sources(batch)
-                if sources is not None and sources.made_motion is not None:
-                    sources.made_motion.forget()  # masses, columns and stored forces are numbers that drivers keep
+                if sources is not None:
+                    sources.forget_rows()
                 new = batch.stepper.changed(batch.state, bodies, asked, self.time, sources)
                 books.after_step(self, batch, before, rows)
                 rows = list(new)
@@ -389,13 +397,21 @@ class World:
             return None
         if batch.sources is None:
             objects = [self.bodies.objects[row] for row in batch.state.rows.tolist()]
-            named = {law: None for obj in objects for law in self.mapping.laws(obj) if _feels(obj, law)}
-            laws = self.ordered_laws(set(named))
+            laws = self.ordered_laws(self._felt(objects))
             batch.laws = [law for law in laws if isinstance(law, ContinuousLaw) and self._belongs(law, batch.signature)]
             acting = [law for law in batch.laws if law.enabled or self.is_switched(law)]
             batch.sources = BatchSources(self, acting, objects, batch.signature)
             batch.lent = batch.sources.lent
         return batch.sources
+
+    def _felt(self, objects: Sequence[PhysicalObject]) -> dict[PhysicalLaw, None]:
+        """The laws of ``objects``, but for one-sided ones of which they are sources only."""
+        found: dict[PhysicalLaw, None] = {}
+        for obj in objects:
+            for law in self.mapping.laws(obj):
+                if law not in found and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj)):
+                    found[law] = None
+        return found
 
     def _belongs(self, law: ContinuousLaw, signature: Signature) -> bool:
         """Whether ``law`` is evaluated along the way in batches of ``signature``, or would be if it were not off."""
@@ -410,6 +426,7 @@ class World:
         self._merge_into(batch, begin)
         sources = self.sources(batch)
         before = books.snapshot(self, batch, sources)
+        done = batch.state.numbers.get("steps", 0.0)
         steps = 1
         if sources is not None:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
@@ -428,7 +445,9 @@ class World:
         self.time = max(self.time, begin)
         if len(stop.rows):
             everyone = len(stop.rows) == batch.state.count
-            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += 1
+            # By the steps, however many were made in one call: that depends on who looks.
+            made = max(1, int(batch.state.numbers.get("steps", 0.0) - done))
+            self.bodies.version[batch.state.where if everyone else list(stop.rows)] += made
             self.bodies.change += 1
             if self.contacts is not None:
                 self.contacts.refresh(sorted(stop.rows, key=lambda row: self.bodies.objects[row].rank))
@@ -712,13 +731,12 @@ class World:
         """Find the groups of ``objects`` anew, and a stepper for each; returns all objects concerned."""
         affected: dict[PhysicalObject, None] = dict.fromkeys(objects)
         self.affine.clear()
-        levels: dict[PairLaw, int] = {}
-        by_signature: dict[Signature, list[PhysicalObject]] = {}
+        looks = Looks(self)
         done: set[PhysicalObject] = set()
         for obj in objects:
             self.groups.pop(obj, None)
         for obj in objects:
-            if obj in done or obj.fixed:
+            if obj._fixed or obj in done or looks.take_alone(obj):
                 continue
             joins = any(isinstance(law, PairLaw) for law in self.continuous_laws(obj))
             group = find_group(self, obj) if joins else [obj]
@@ -729,7 +747,8 @@ class World:
                         affected[member] = None
                     self.groups[member] = group
                 done.update(group)
-            by_signature.setdefault(signature_of(self, group, levels), []).extend(group)
+            looks.take(group)
+        by_signature = looks.found
         for signature in sorted(by_signature, key=repr):
             self.join_batch(by_signature[signature], signature)
         return self.in_rank_order(affected)
@@ -1031,11 +1050,6 @@ def _force(vector: list[float], ident: str, torque: list[float]) -> Force:
     force.duration = math.inf
     force.id = ident
     return force
-
-
-def _feels(obj: PhysicalObject, law: PhysicalLaw) -> bool:
-    """Whether ``law`` acts on ``obj``: it does not on the sources of a one-sided one."""
-    return not isinstance(law, PairLaw) or law.moves(obj)
 
 
 __all__ = ["AFTER", "World", "XpheveError"]

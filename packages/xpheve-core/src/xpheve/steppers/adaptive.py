@@ -14,6 +14,7 @@ from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.steppers.contract import Array, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import two_sums
 
 PACE = 0.17
 """Length of a step, by the time in which forces change (Pham, Rein, Spiegel 2024), at the limit of rounding. Two passes a step are enough
@@ -43,6 +44,7 @@ class Adaptive(Smooth):
     books_work: ClassVar[bool] = True
     driver: ClassVar[str] = "radau15"
     parts: ClassVar[bool] = True
+    limit: ClassVar[float] = np.inf
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         wished = signature.wish == self.id
@@ -209,7 +211,7 @@ class Adaptive(Smooth):
         for k in range(1, TERMS):
             way = way + twice[k] * curve[k]
             gain = gain + once[k] * curve[k]
-        return (*_two_sums(x, x_rest + (span * (v + v_rest) + dt * dt * way)), *_two_sums(v, v_rest + dt * gain))
+        return (*two_sums(x, x_rest + (span * (v + v_rest) + dt * dt * way)), *two_sums(v, v_rest + dt * gain))
 
     def curve(self, state: FlightState, bodies: Bodies, t: Instant, places: slice | Rows) -> tuple[Array, Array]:
         if not state.numbers["span"] > 0.0:
@@ -268,7 +270,7 @@ class Adaptive(Smooth):
             joules = self.running_work(state, bodies, t, slice(None))
             behind = (bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1])  # of others core books it
             joules += np.where(behind, self._stored_work(state, bodies, t, slice(None)), 0.0)
-            arrays["work"][0], arrays["work_rest"][0] = _two_sums(arrays["work"][0], joules + arrays["work_rest"][0])
+            arrays["work"][0], arrays["work_rest"][0] = two_sums(arrays["work"][0], joules + arrays["work_rest"][0])
             self.rebase(state, bodies, slice(None), t)
             state.arrays["path"] = path.reshape(-1, state.count)
             state.arrays["power"][...] = 0.0
@@ -343,13 +345,6 @@ def series_weights(h: float) -> tuple[list[float], list[float]]:
     once = [(p[k + 2] - p[k]) / (4.0 * k + 2.0) for k in range(TERMS + 1)]
     twice = [0.5 * h * h, *((once[k + 1] - once[k - 1]) / (4.0 * k + 2.0) for k in range(1, TERMS))]
     return once[:TERMS], twice
-
-
-def _two_sums(a: Array, b: Array) -> tuple[Array, Array]:
-    """``a + b``, and what rounding lost of it (Knuth, TAOCP 2, 4.2.2)."""
-    t = a + b
-    d = t - a
-    return t, (a - (t - d)) + (b - d)
 
 
 def _turning(q: Array, rate: Array) -> tuple[Array, Array]:

@@ -367,6 +367,10 @@ class Stepper(ABC):
     def read_row(self, state: State, bodies: Bodies, t: Instant, name: str, local: int) -> tuple[float, ...]:
         """Column ``name`` of one row at ``t``, to the same bits as `read`."""
 
+    def read_times(self, state: State, bodies: Bodies, times: Sequence[Instant], name: str, local: int) -> Array:
+        """Column ``name`` of one row at many ``times``, shape (width, times), to the same bits as `read_row`."""
+        return np.array([self.read_row(state, bodies, t, name, local) for t in times]).T
+
     @abstractmethod
     def flight(self, state: State, bodies: Bodies, local: int) -> Flight:
         """How the row at place ``local`` moves until further notice."""

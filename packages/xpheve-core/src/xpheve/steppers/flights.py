@@ -21,6 +21,7 @@ from xpheve.kernels.flight import (
 )
 from xpheve.kernels.free_rotation import prepare, turn
 from xpheve.steppers.contract import Array, Flight, Rows, State, Stepper
+from xpheve.steppers.sums import spans_since
 
 Quat = tuple[float, float, float, float]
 _add, _multiply = np.add, np.multiply
@@ -218,11 +219,3 @@ def _read_velocity(facts: _Facts, s: Any, out: Array) -> None:
             line[...] = v0
         else:
             _add(v0, s * a, line)
-
-
-def spans_since(t: Instant, base: Array, offset: Array) -> Array:
-    """`elapsed` for arrays, to the same bits."""
-    s = t[0] + -base
-    u = s - t[0]
-    e = (t[0] - (s - u)) + (-base - u)
-    return s + (e + (t[1] - offset))

@@ -26,9 +26,9 @@ from xpheve.steppers.contract import (
     State,
     Stop,
 )
-from xpheve.steppers.flights import FlightState, spans_since
-from xpheve.steppers.midpoint import two_sums
+from xpheve.steppers.flights import FlightState
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import spans_since, two_sums
 
 DRIVER = "implicit"  # of xpheve.loop.drivers
 MOST_STAGES = radau_tables.STAGES[-1]
@@ -72,7 +72,7 @@ class Implicit(Smooth):
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         reason = self.refusal(signature)
-        if not reason and (signature.torque == "general" or {"orientation", "angular_velocity"} & set(signature.reads)):
+        if not reason and (signature.torque != "none" or {"orientation", "angular_velocity"} & set(signature.reads)):
             reason = "it carries no rotation, and a law reads how objects turn, or a torque turns them"
         if not reason and signature.wish != self.id:
             if signature.fixed_step:

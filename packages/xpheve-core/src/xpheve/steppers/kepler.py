@@ -12,8 +12,8 @@ import numpy as np
 from xpheve.bodies import Bodies
 from xpheve.errors import LawFailedError, StateError
 from xpheve.kernels import kepler
-from xpheve.kernels.clock import NEVER, Instant, later, two_sum
-from xpheve.kernels.elliptic import Pair, pair_add, pair_div, pair_mul, sum_exact
+from xpheve.kernels.clock import NEVER, Instant, later
+from xpheve.kernels.elliptic import pair_add, pair_div, pair_mul, sum_exact
 from xpheve.steppers.contract import (
     Array,
     Attraction,
@@ -30,6 +30,7 @@ from xpheve.steppers.contract import (
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.kepler_arrays import PLACES, moved, prepared
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import exact_spans
 
 FEW = 8
 """Rows up to which floats are quicker than arrays; both give the same bits."""
@@ -61,10 +62,12 @@ class KeplerState(FlightState):
         self.held: _Held | None = None
         self.orbits: tuple[Rows, Rows, Array] | None = None
         """A row for each orbit, for each row its orbit among those, and their constants."""
+        self.many: tuple[tuple[Any, ...], Motion] | None = None
+        """One row at many times, as read last."""
 
     def locate(self) -> None:
         super().locate()
-        self.held = self.orbits = None
+        self.held = self.orbits = self.many = None
 
 
 class Kepler(Smooth):
@@ -104,7 +107,7 @@ class Kepler(Smooth):
     def leave(self, state: State, local: int) -> None:
         super().leave(state, local)
         assert isinstance(state, KeplerState)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
 
     def _await(self, state: State, places: slice | Rows, t: Instant) -> None:
         """The rows at ``places`` stand as they were written at ``t``, until their orbits are found."""
@@ -113,7 +116,7 @@ class Kepler(Smooth):
         arrays["pair"][:, places] = -1.0
         arrays["since"][:, places] = arrays["end"][:, places] = np.array(t)[:, None]
         assert isinstance(state, KeplerState)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
 
     def covered(self, state: State) -> Instant:
         if not state.count:
@@ -163,7 +166,7 @@ class Kepler(Smooth):
             self._begin_alone(state, bodies, alone, t)
         if lesser:
             self._begin_pairs(state, bodies, lesser, t)
-        state.held = state.orbits = None
+        state.held = state.orbits = state.many = None
         state.facts = None
 
     def _begin_alone(self, state: KeplerState, bodies: Bodies, found: dict[int, Attraction], t: Instant) -> None:
@@ -282,23 +285,44 @@ class Kepler(Smooth):
             held.single[local] = self._curve(state, bodies, t, places)
         return held.single[local]
 
+    def read_times(self, state: State, bodies: Bodies, times: Sequence[Instant], name: str, local: int) -> Array:
+        """The orbit is one and its times are many: they are solved together, once for place and velocity."""
+        assert isinstance(state, KeplerState)
+        if name not in ("position", "velocity") or self._written(state, bodies, np.array([local]))[0]:
+            return super().read_times(state, bodies, times, name, local)
+        key = (bodies.change, local, *times)
+        if state.many is None or state.many[0] != key:
+            t, low = np.array(times).T
+            s, rest = exact_spans((t, low), *bodies.clock[:, state.rows[local]])
+            parts = moved(state.arrays["orbit"][:, local : local + 1], s, rest)
+            state.many = key, self._moved_by(state, bodies, slice(local, local + 1), s, rest, parts)
+        return state.many[1][0 if name == "position" else 1]
+
     def _curve(self, state: KeplerState, bodies: Bodies, t: Instant, places: Rows) -> Motion:
         if len(places) <= FEW:
             columns = list(self._one_by_one(state, bodies, t, places.tolist()))
             pair = np.array(columns).reshape(len(places), 2, 3)
             return pair[:, 0].T, pair[:, 1].T
         arrays, rows = state.arrays, state.rows[places]
-        s, rest = spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
+        s, rest = exact_spans(t, bodies.clock[0, rows], bodies.clock[1, rows])
         first, which, orbits = self._shared(state)
         # Two whose orbit is one are solved once, unless an event has just written one of them, or not all are asked for.
         if len(places) == state.count and bool(((s[first][which] == s) & (rest[first][which] == rest)).all()):
             parts = [one[:, which] for one in moved(orbits, s[first], rest[first])]
         else:
             parts = list(moved(arrays["orbit"][:, places], s, rest))
+        return self._moved_by(state, bodies, places, s, rest, parts)
+
+    @staticmethod
+    def _moved_by(
+        state: KeplerState, bodies: Bodies, places: slice | Rows, s: Array, rest: Array, parts: Sequence[Array]
+    ) -> Motion:
+        """Positions and velocities after ``s + rest``, shape (n,), by the ``parts`` that `moved` gave; of one row, or of one a time."""
+        arrays, rows = state.arrays, state.rows[places]
         share, drift, common = arrays["share"][0, places], arrays["drift"][:, places], arrays["common"][:, places]
         x0, v0 = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows]
         change, more, kick = parts
-        x, v = np.empty((3, len(places))), np.empty((3, len(places)))
+        x, v = np.empty((3, len(s))), np.empty((3, len(s)))
         for c in range(3):
             numbers = s, rest, share, drift[c], drift[3 + c], common[c]
             x[c], v[c] = component(x0[c], v0[c], change[c], more[c], kick[c], *numbers)
@@ -318,7 +342,7 @@ class Kepler(Smooth):
         arrays, solved = state.arrays, {} if state.held is None else state.held.solved
         for local in places:
             row = int(state.rows[local])
-            s, rest = span(t, bodies.clock_of(row))
+            s, rest = exact_spans(t, *bodies.clock_of(row))
             key = (float(arrays["pair"][0, local]), s, rest)
             if key not in solved:
                 solved[key] = kepler.moved(tuple(arrays["orbit"][:, local].tolist()), s, rest)
@@ -354,18 +378,6 @@ def component(
     along = s * (drift + (0.5 * s) * g) + share * change
     there, left = sum_exact(x, along)
     return there + (left + ((s * drift_rest + rest * drift) + share * more)), v + (share * kick + s * g)
-
-
-def span(t: Instant, since: Instant) -> Pair:
-    """Time [s] from ``since`` to ``t``, as a pair."""
-    s, e = two_sum(t[0], -since[0])
-    return two_sum(s, e + (t[1] - since[1]))
-
-
-def spans(t: Instant, base: Array, offset: Array) -> tuple[Array, Array]:
-    """`span` for arrays, to the same bits."""
-    s, e = sum_exact(t[0], -base)  # type: ignore[arg-type]
-    return sum_exact(s, e + (t[1] - offset))  # type: ignore[return-value, arg-type]
 
 
 def _named(bodies: Bodies, rows: Sequence[int]) -> str:

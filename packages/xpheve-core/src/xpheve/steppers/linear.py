@@ -24,8 +24,8 @@ from xpheve.steppers.contract import (
 )
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.linear_curves import Curves
-from xpheve.steppers.midpoint import two_sums
 from xpheve.steppers.smooth import Smooth
+from xpheve.steppers.sums import exact_spans, two_sums
 
 COST = 10.0
 """Of a unit of time, beside 1 of a parabola."""
@@ -175,11 +175,7 @@ class Linear(Smooth):
     def _spans(state: LinearState, t: Instant, which: Rows) -> tuple[Array, Array]:
         """Time [s] since the start of each curve, as pairs of floats."""
         base, offset = state.arrays["since"][:, which]
-        s = t[0] - base
-        u = s - t[0]
-        rest = ((t[0] - (s - u)) + (-base - u)) + (t[1] - offset)
-        high = s + rest
-        return high, rest - (high - s)
+        return exact_spans(t, base, offset)
 
     # Writing
 

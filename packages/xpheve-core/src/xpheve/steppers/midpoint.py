@@ -25,7 +25,8 @@ from xpheve.steppers.contract import (
     Stepper,
     Stop,
 )
-from xpheve.steppers.flights import FlightState, FlightStepper, Quat, Vec, spans_since
+from xpheve.steppers.flights import FlightState, FlightStepper, Quat, Vec
+from xpheve.steppers.sums import spans_since, two_sums
 
 GROWTH = 5.0  # of a step over the last at most, as usual: Hairer, Norsett, Wanner I, II.4
 SAFETY = 0.9
@@ -450,10 +451,3 @@ def _span_since(t: Instant, base: Array, offset: Array) -> Any:
     if len(base) and bool((base == base[0]).all()) and bool((offset == offset[0]).all()):
         return elapsed(t, (float(base[0]), float(offset[0])))
     return spans_since(t, base, offset)
-
-
-def two_sums(a: Array, b: Array) -> tuple[Array, Array]:
-    """``a + b``, and what rounding lost of it (Knuth, TAOCP 2, 4.2.2)."""
-    t = a + b
-    d = t - a
-    return t, (a - (t - d)) + (b - d)

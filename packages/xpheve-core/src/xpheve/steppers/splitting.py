@@ -11,9 +11,10 @@ from xpheve.errors import NoStepperError
 from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.steppers.contract import Array, Grid, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
-from xpheve.steppers.midpoint import MidpointStep, two_sums
+from xpheve.steppers.midpoint import MidpointStep
 from xpheve.steppers.nodes import Newton, Node, cubic
 from xpheve.steppers.stepped import Stepped, rate_of
+from xpheve.steppers.sums import two_sums
 
 NAMES = ("position", "velocity", "orientation", "angular_velocity")
 

@@ -116,6 +116,9 @@ COMPOSED_8 = drift_first(KAHAN_LI_8)
 
 # The stepper ---------------------------------------------------------------------------------------------------------
 
+SHORT = 0.25
+"""Of a step: what an event left before it, if it is shorter, is no support for its polynomial, where rounding would grow by its inverse powers."""
+
 
 class Symplectic(Stepped):
     """Drifts and kicks, composed to a high order: bounded errors of energy, and steps that can be taken back.
@@ -157,7 +160,7 @@ class Symplectic(Stepped):
                 return super().stride(state, bodies, grid, steps, settings, sources)
             raise motion.fail(self.covered(state), self.held(state, bodies))
         found = run.found()
-        if steps == 1 and (state.arrays["span"] == 0.0).any():
+        if steps == 1 and (state.arrays["span"] < SHORT * grid.dt).any():
             run = _Run(self.method, state, bodies, motion)
             run.go(Grid(grid.point(0), 0.5 * grid.dt, 0), 1)
             middle = run.found()

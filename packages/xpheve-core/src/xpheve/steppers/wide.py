@@ -13,11 +13,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from xpheve.steppers.contract import Array
+from xpheve.steppers.sums import two_products, two_sums
 
-SPLITTER = 134217729.0  # 2^27 + 1
 SLICES = 5  # of a matrix: with 20 bits each or more, nearly all that a pair has
 
 
@@ -63,8 +62,8 @@ class Wide:
 
     def __add__(self, other: Any) -> Wide:
         other = wide(other)
-        s, e = two_sum(self.high, other.high)
-        t, f = two_sum(self.low, other.low)
+        s, e = two_sums(self.high, other.high)
+        t, f = two_sums(self.low, other.low)
         s, e = _fast(s, e + t)
         return Wide(*_fast(s, e + f))
 
@@ -76,7 +75,7 @@ class Wide:
 
     def __mul__(self, other: Any) -> Wide:
         other = wide(other)
-        p, e = two_product(self.high, other.high)
+        p, e = two_products(self.high, other.high)
         return Wide(*_fast(p, e + (self.high * other.low + self.low * other.high)))
 
     def __truediv__(self, other: Any) -> Wide:
@@ -104,7 +103,7 @@ class Wide:
         """Square roots; NaN below 0."""
         with np.errstate(all="ignore"):
             x = np.sqrt(self.high)
-            rest = self - Wide(*two_product(x, x))
+            rest = self - Wide(*two_products(x, x))
             found = _fast(x, np.where(x > 0.0, rest.high / (2.0 * x), 0.0))
         return Wide(*found)
 
@@ -134,7 +133,7 @@ class Wide:
             found = part @ right[:, : columns * (SLICES - i)]
             for j in range(SLICES - i):  # products of one order are multiples of one unit: their sum is exact, too
                 orders[i + j] += found[:, columns * j : columns * (j + 1)]
-        total = Wide(*two_sum(orders[0], orders[1])) + Wide(*two_sum(orders[2], orders[3] + orders[4]))
+        total = Wide(*two_sums(orders[0], orders[1])) + Wide(*two_sums(orders[2], orders[3] + orders[4]))
         return total[:, 0] if vector else total
 
     def _slices_left(self) -> list[Array]:
@@ -170,30 +169,10 @@ def blocks(rows: list[list[Wide]]) -> Wide:
     )
 
 
-def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b, and what rounding lost of it."""
-    s = a + b
-    t = s - a
-    return s, (a - (s - t)) + (b - t)
-
-
 def _fast(a: Array, b: Array) -> tuple[Array, Array]:
-    """`two_sum` where b is small beside a, or a is 0."""
+    """`two_sums` where b is small beside a, or a is 0."""
     s = a + b
     return s, b - (s - a)
-
-
-def two_product(a: Array, b: Array) -> tuple[Array, Array]:
-    """a b, and what rounding lost of it, while nothing overflows."""
-    p = a * b
-    x, y = _halves(a), _halves(b)
-    return p, ((x[0] * y[0] - p) + x[0] * y[1] + x[1] * y[0]) + x[1] * y[1]
-
-
-def _halves(a: Array) -> tuple[Array, Array]:
-    t = SPLITTER * a
-    high = t - (t - a)
-    return high, a - high
 
 
 def _slices(matrix: Wide, axis: int) -> list[Array]:
@@ -207,6 +186,6 @@ def _slices(matrix: Wide, axis: int) -> list[Array]:
     for _ in range(SLICES):
         part = (high + grid) - grid
         found.append(part)
-        high, low = two_sum(high - part, low)
+        high, low = two_sums(high - part, low)
         grid = np.ldexp(grid, -bits)
     return found

@@ -19,7 +19,8 @@ class Crosses(Condition):
     closed over, has no unit: it takes the one that fits, in SI, and a factor may have any; a sum of metres and seconds is refused.
 
     What is a polynomial of degree at most four in time along a flight, such as a height or the square of a distance, goes through zero where
-    that polynomial does, to neighbouring floats, and no zero is missed; along orbits, springs and steps of high order nothing is such a polynomial. What reads neither state nor time is looked at once a flight. All else is
+    that polynomial does, to neighbouring floats, and no zero is missed; along orbits, springs and steps of high order nothing is such a
+    polynomial. What reads neither state nor time is looked at once a flight. All else is
     interpolated along the flight in windows by Chebyshev polynomials of degree 24, each halved until its last coefficients are below 1e-11 of
     the largest; all zeros in a window come from the colleague matrix, and each change of sign is then narrowed down on the expression itself to
     neighbouring floats of time since the flight began.

@@ -40,7 +40,8 @@ def jacobians(f, n, x, v, jx, jv, now):
     return machine__linked(d[7], f, n)
 
 """
-"""What a compiled driver calls: code of the motion's own, by its address (`xpheve.plan.motions`), so that a driver is compiled once and not for each set of laws."""
+"""What a compiled driver calls: code of the motion's own, by its address (`xpheve.plan.motions`), so that a driver is compiled once and not
+for each set of laws."""
 
 
 @cache

@@ -85,8 +85,14 @@ ROUGH = 1e-9
 FLAW = 3e-14
 """Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: from rtol = 1e-13 on
 little is left to gain. True errors are a thousand times less, and grow with the 16th power of the length."""
+SLIGHT = 0.01
+"""An acceleration that does less than this part of what tolerances allow, in a whole step, makes no step shorter: where forces balance, it is
+nothing but their rounding, which changes as soon as one looks."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
+SLIGHT = 1e-3
+"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that passes a place where
+forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
 FIRST = 0.01
 """The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
@@ -112,6 +118,10 @@ def entry(f: Buffers, n: Buffers) -> int:
             answer = PAUSED
         else:
             answer = step(f, n)
+            if (
+                answer == REACHED and end(s)[0] >= s[WALL]
+            ):  # to the float: what the length of a step cannot hold is no step of its own
+                answer = PAUSED
     if d[STEPS] > steps and s[SPAN] > 0.0:
         fill_in(f, n)
     return answer
@@ -501,7 +511,7 @@ def fill_in(f: Buffers, n: Buffers) -> None:
     """Find the motion within the present step as well as at its end, as a series: the polynomial of a step is best at its end.
 
     Forces are found once more where the polynomial leads to between the nodes; sixteen of them make a series as good as the step. This is no
-    part of the sequence of steps.
+    part of the sequence of steps, nor counted: how often it is done depends on who looks.
     """
     s = f[0]
     d = n[2]
@@ -513,11 +523,13 @@ def fill_in(f: Buffers, n: Buffers) -> None:
         put_places(s, z, tiles, x, h, EXTRA_PLACE + 8 * k, 0.0)
         if d[SPEEDY]:
             put_speeds(s, z, tiles, v, h, EXTRA_SPEED + 8 * k)
-        forces(f, n, x, v, a, w + 3 * rows * (8 + k), s[T] + (s[T_REST] + h))
+        now = s[T] + (s[T_REST] + h)
+        if now >= s[WALL]:  # where a force jumps, what it is before counts
+            now = s[WALL] - 2.0**-52 * abs(s[WALL])
+        forces(f, n, x, v, a, w + 3 * rows * (8 + k), now)
         for j in range(tiles):
             for u in range(LANES):
                 s[curve + j * CURVE + u + E1 + LANES * k] = s[a + j * LANES + u] - s[z + j * SIZE + u + A]
-    d[0] += 8
     for m in range(16):
         put_coefficient(s, z, curve, tiles, m)
     if d[WORKING]:
@@ -610,17 +622,23 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
                 y3 += s[j + Y3] * s[j + Y3]
                 x = max(x, abs(s[j + X]))
                 v = max(v, abs(s[j + V]))
-            if y1 == 0.0 and y2 == 0.0 and y3 == 0.0:
+            room_v = s[ATOL] + s[RTOL] * v
+            room_x = s[ATOL] + s[RTOL] * x
+            whole = (sqrt(y0) + sqrt(y1)) * dt
+            if whole < SLIGHT * room_v and whole * dt < SLIGHT * room_x:
+                continue
+            room_v = s[ATOL] + s[RTOL] * v
+            room_x = s[ATOL] + s[RTOL] * x
+            reach = sqrt(y0 + window * (y1 + window * (y2 + window * y3))) * dt
+            if reach < SLIGHT * s[RTOL] * v and reach * dt < SLIGHT * s[RTOL] * x:
                 continue
             size = y0
             y0 += window * y1
             y1 += window * y2
             y2 += window * y3
-            square = pace * 2.0 * y0 / (y1 + sqrt(y0 * y2))
-            square = min(square, 1e16)
+            rate = y1 + sqrt(y0 * y2)
+            square = min(pace * 2.0 * y0 / rate, 1e16) if rate > 0.0 else 1e16
             flaw = FLAW * sqrt(size) * sqrt(square) * dt
-            room_v = s[ATOL] + s[RTOL] * v
-            room_x = s[ATOL] + s[RTOL] * x
             if flaw < room_v and flaw * sqrt(square) * dt < room_x:
                 gain = min(room_v, room_x / (sqrt(square) * dt)) / flaw if flaw > 0.0 else 1e300
                 square *= min(most, sqrt(sqrt(sqrt(gain))))

@@ -82,14 +82,13 @@ class Course:
         if one.name == "velocity" and motion.curve is None:
             return motion.v[k] + s * motion.a[k]
         if one.name not in turned:
-            many = isinstance(s, np.ndarray)
-            turned[one.name] = (
-                np.array([self._turned(one.name, t) for t in s.tolist()]).T if many else self._turned(one.name, s)
-            )
+            world, row = self.world, self.subject._row
+            if isinstance(s, np.ndarray):
+                times = [later(motion.begin, t) for t in s.tolist()]
+                turned[one.name] = world.read_times(row, one.name, times)
+            else:
+                turned[one.name] = world.read_row(row, one.name, later(motion.begin, s))
         return turned[one.name][k]
-
-    def _turned(self, name: str, s: float) -> Any:
-        return self.world.read_row(self.subject._row, name, later(self.motion.begin, s))
 
     def _fixed(self, one: Input) -> float:
         bodies, row = self.world.bodies, self.subject._row
