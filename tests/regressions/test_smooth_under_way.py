@@ -56,3 +56,13 @@ def test_sources_under_another_law_of_the_same_kind_are_carried(stepper: str) ->
             assert stepper in [group["stepper"] for group in engine.explain().data["groups"]]
     for mine, theirs in zip(*found, strict=True):
         assert math.dist(mine, theirs) < 1e-4
+
+
+def test_energy_beyond_the_range_of_floats_is_told_as_such() -> None:
+    """Its sums raised, and with them `explain`, after the motion had run away."""
+    engine = xp.PhysicsEngine()
+    engine.add_objects([xp.PhysicalObject(velocity=(v, 0, 0)) for v in (1.3e154, 1.2e154, 1.3e154)])
+    engine.run(until=1.0)
+    assert engine.energy().kinetic == math.inf
+    assert not math.isfinite(engine.energy().balance)
+    assert str(engine.explain())

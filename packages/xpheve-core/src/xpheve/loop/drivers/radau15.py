@@ -91,8 +91,8 @@ nothing but their rounding, which changes as soon as one looks."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
 FAINT = 1e-3
-"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that passes a place
-where forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
+"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one
+that passes a place where forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
 FIRST = 0.01
 """The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
