@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,15 @@ if TYPE_CHECKING:
 Vec = tuple[float, float, float]
 
 
+def total_of(values: Iterable[float]) -> float:
+    """The sum of ``values``, rounded once; infinite or NaN, where it leaves the range of floats."""
+    parts = list(values)
+    try:
+        return math.fsum(parts)
+    except (OverflowError, ValueError):
+        return sum(parts)
+
+
 class Energy(NamedTuple):
     """Kinetic and potential energy [J], and the work [J] done so far by what has no potential: drag, impacts, user forces."""
 
@@ -36,7 +45,7 @@ class Energy(NamedTuple):
     @property
     def balance(self) -> float:
         """Kinetic plus potential energy less work [J]: constant but for error."""
-        return math.fsum((self.kinetic, self.potential, -self.work))
+        return total_of((self.kinetic, self.potential, -self.work))
 
 
 def spin_of(orientation: Array, omega: Array, inertia: Array) -> Array:
@@ -125,11 +134,11 @@ def energy(world: World) -> Energy:
     if shot["angular_velocity"].any():
         inertia = world.bodies.arrays["inertia"][:, : shot.count]
         parts.append(spin_energy(shot["orientation"], shot["angular_velocity"], inertia))
-    kinetic = math.fsum(value for part in parts for value in part[shot.moving].tolist())
+    kinetic = total_of(value for part in parts for value in part[shot.moving].tolist())
     return Energy(
         kinetic,
         _potential(world, shot),
-        math.fsum([*world.work.values(), *(value for found in _running_work(world, shot).values() for value in found)]),
+        total_of([*world.work.values(), *(value for found in _running_work(world, shot).values() for value in found)]),
     )
 
 
@@ -138,7 +147,7 @@ def share(world: World, obj: PhysicalObject) -> float:
     shot = Snapshot(world)
     row = np.array([obj._row], dtype=np.int64)
     v = shot.part(row, "velocity")
-    kinetic = 0.5 * float(shot.mass[obj._row]) * math.fsum((v * v).ravel().tolist())
+    kinetic = 0.5 * float(shot.mass[obj._row]) * total_of((v * v).ravel().tolist())
     omega = shot.part(row, "angular_velocity")
     if omega.any():
         inertia = world.bodies.arrays["inertia"][:, row]
@@ -148,7 +157,7 @@ def share(world: World, obj: PhysicalObject) -> float:
 
 def _potential(world: World, shot: Snapshot, only: PhysicalObject | None = None) -> float:
     """Of all, or of ``only`` with the others; driven objects are not part of it."""
-    return math.fsum(value for part in _potentials(world, shot, only) for value in part.tolist())
+    return total_of(value for part in _potentials(world, shot, only) for value in part.tolist())
 
 
 def _potentials(world: World, shot: Snapshot, only: PhysicalObject | None) -> Iterator[Array]:
@@ -187,7 +196,7 @@ def work_by(world: World) -> dict[str, float]:
     found = {label: [joules] for label, joules in world.work.items()}
     for label, parts in _running_work(world, Snapshot(world)).items():
         found.setdefault(label, []).extend(parts)
-    sums = {label: math.fsum(parts) for label, parts in sorted(found.items())}
+    sums = {label: total_of(parts) for label, parts in sorted(found.items())}
     return {label: joules for label, joules in sums.items() if joules or label in world.work}
 
 
@@ -237,9 +246,9 @@ def angular_momentum(world: World) -> Vec:
     x, v = shot["position"], shot["velocity"]
     orbital = shot.mass * np.array([x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]])
     both = np.concatenate([orbital[:, shot.moving], shot.spin()[:, shot.moving]], axis=1)
-    return math.fsum(both[0].tolist()), math.fsum(both[1].tolist()), math.fsum(both[2].tolist())
+    return total_of(both[0].tolist()), total_of(both[1].tolist()), total_of(both[2].tolist())
 
 
 def _vector(values: Array, shot: Snapshot) -> Vec:
-    x, y, z = (math.fsum(component[shot.moving].tolist()) for component in values)
+    x, y, z = (total_of(component[shot.moving].tolist()) for component in values)
     return x, y, z

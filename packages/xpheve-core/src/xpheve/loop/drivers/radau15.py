@@ -85,11 +85,14 @@ ROUGH = 1e-9
 FLAW = 3e-14
 """Relative error of a velocity's change over a step of the length `PACE` asks for, as tolerances count it: from rtol = 1e-13 on
 little is left to gain. True errors are a thousand times less, and grow with the 16th power of the length."""
+SLIGHT = 0.01
+"""An acceleration that does less than this part of what tolerances allow, in a whole step, makes no step shorter: where forces balance, it is
+nothing but their rounding, which changes as soon as one looks."""
 LONGEST = 0.9
 """The longest step, by the time in which forces change: beyond, passes converge slowly."""
-SLIGHT = 1e-3
-"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one that
-passes a place where forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
+FAINT = 1e-3
+"""Of the relative tolerance: a row whose forces do less than this, all that is foretold of them included, asks for no step: else one
+that passes a place where forces vanish with all their derivatives but a high one, as those of x^3 do, would be followed in ever shorter steps."""
 FIRST = 0.01
 """The first step, by a guess of the time in which forces change: it is found too short, or done again, soon enough."""
 GROWTH = 4.0
@@ -621,8 +624,11 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
                 v = max(v, abs(s[j + V]))
             room_v = s[ATOL] + s[RTOL] * v
             room_x = s[ATOL] + s[RTOL] * x
+            whole = (sqrt(y0) + sqrt(y1)) * dt
+            if whole < SLIGHT * room_v and whole * dt < SLIGHT * room_x:
+                continue
             reach = sqrt(y0 + window * (y1 + window * (y2 + window * y3))) * dt
-            if reach < SLIGHT * s[RTOL] * v and reach * dt < SLIGHT * s[RTOL] * x:
+            if reach < FAINT * s[RTOL] * v and reach * dt < FAINT * s[RTOL] * x:
                 continue
             size = y0
             y0 += window * y1
