@@ -183,8 +183,7 @@ class Courses:
 
 
 def _window(motion: Motion, t: Instant) -> tuple[Instant, Instant]:
-    """The window of ``motion`` that holds ``t``: all of it, if it ends; else one of a row that the motion alone decides.
-    """
+    """The window of ``motion`` that holds ``t``: all of it, if it ends; else one of a row that the motion alone decides."""
     if math.isfinite(motion.span):
         return motion.begin, later(motion.begin, motion.span)
     if motion.curve is None:

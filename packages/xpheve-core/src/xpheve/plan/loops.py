@@ -108,6 +108,14 @@ def _restart_batch(world: World, batch: Batch) -> None:
     if world.contacts is not None:
         world.contacts.refresh([obj._row for obj in objects])
     world.wakeups.refresh(objects)
+    for other in world.batches:  # what they act on follows them otherwise from now on
+        if not other.state.count or batch not in world.acting_on(other):
+            continue
+        if not other.stepper.asks:
+            for row in other.state.rows.tolist():
+                world.mark(world.bodies.objects[row])
+        elif other.stepper.covered(other.state) > world.time:
+            _restart_batch(world, other)
 
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:

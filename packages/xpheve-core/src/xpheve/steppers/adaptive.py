@@ -129,7 +129,9 @@ class Adaptive(Smooth):
         known = (float(s[driver.T]), float(s[driver.T_REST]))
         while True:
             begin = later((float(s[driver.T]), float(s[driver.T_REST])), float(s[driver.SPAN]))
-            least = later(begin, float(s[driver.NEXT]) + 4.0 * math.ulp(begin[0] + float(s[driver.NEXT])))  # what rounding may add
+            least = later(
+                begin, float(s[driver.NEXT]) + 4.0 * math.ulp(begin[0] + float(s[driver.NEXT]))
+            )  # what rounding may add
             more = sources.follow(begin, least if most else max(need, least), least)
             if more < least and more <= known:  # they cannot be followed further: the step ends there
                 s[driver.WALL], s[driver.WALL_REST] = s[driver.NEED], s[driver.NEED_REST] = more

@@ -294,7 +294,7 @@ class Stepper(ABC):
     loops: ClassVar[bool] = True
     """Whether it runs the forces of `Sources.motion` along the way, so that moving sources are followed for it as polynomials."""
     asks: ClassVar[bool] = False
-    """Whether, with tolerances, it asks `Sources.follow` for the ways of moving sources as far as its steps reach; else steps are cut where these end."""
+    """Whether, with tolerances, it asks `Sources.follow` for the ways of moving sources as far as its steps reach; else these cut them."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 

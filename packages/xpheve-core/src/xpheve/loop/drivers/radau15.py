@@ -39,8 +39,8 @@ WORST = 15
 T, T_REST, SPAN, NEXT, NEED, NEED_REST, WALL, WALL_REST = 0, 1, 2, 3, 4, 5, 6, 7
 """When the present step began, and its length, 0 if there is none; the length wished for the next; until when to go, and never further [s]."""
 RTOL, ATOL, PACE, FIXED, LEAST, KNOWN = 8, 9, 10, 11, 12, 13
-"""Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time; until when
-forces are known."""
+"""Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time;
+until when forces are known."""
 NODE, PLACE, SPEED, EXTRA, EXTRA_PLACE, EXTRA_SPEED, SERIES, FORETOLD, SHARE = 32, 40, 104, 168, 176, 240, 304, 560, 624
 """Where the tables of `xpheve.kernels.radau` lie: nodes; weights of places and of speeds, 8 numbers a node; the same of extra nodes; coefficients of
 series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes
