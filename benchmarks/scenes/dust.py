@@ -25,7 +25,7 @@ ID, TITLE, N = "dust", "a planet and 100,000 particles, one orbit", 100_000
 PERIOD = 2.0 * math.pi  # of the inmost
 DRIFT = (0.01, 0.02, 0.0)  # [m/s] of the planet
 STEPS, RATIO_BAR = 100, 2.0
-MASSLESS = 1e-25  # [kg] of a planet of 1 kg: all particles together pull it by less than its last digit
+MASSLESS = 1e-25  # [kg] in the reference: particles pull a planet of 1 kg by less than its last digit
 
 
 class FixedField(xp.FieldLaw):
@@ -59,16 +59,16 @@ def particles(n: int) -> tuple[Any, Any]:
 
 
 def with_planet(n: int, stepper: str | None, run: dict[str, float]) -> tuple[Callable[[], Any], Callable[[], Any]]:
-    """(act, places of the particles from the planet): the planet is a body and pulls the particles, which pull nothing."""
+    """(act, places of the particles from the planet): the planet moves, and pulls the particles by a one-sided law."""
     engine = asked(stepper)
     x, v = particles(n)
     planet = xp.PhysicalObject(mass=1.0, velocity=DRIFT)
     dust = [
-        xp.PhysicalObject(mass=MASSLESS, position=a, velocity=b)
+        xp.PhysicalObject(mass=1.0, position=a, velocity=b)
         for a, b in zip(x.tolist(), (v + DRIFT).tolist(), strict=True)
     ]
     engine.add_objects([planet, *dust])
-    engine.add_law("basic:universal_gravity", gravitational_constant=1.0, between=([planet], dust))
+    engine.add_law("basic:universal_gravity", gravitational_constant=1.0, between=([planet], dust), one_sided=True)
     return _acts(engine, run), lambda: np.asarray(engine.bodies.position)[1:] - np.asarray(engine.bodies.position)[0]
 
 

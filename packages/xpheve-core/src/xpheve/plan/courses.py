@@ -10,6 +10,7 @@ import numpy as np
 
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.kernels.course import HEAD
+from xpheve.plan.scouts import Scout, may_be_scouted
 from xpheve.plan.wakeups.motion import Motion, motion_of
 from xpheve.steppers.contract import Array, Rows
 
@@ -45,17 +46,53 @@ class Courses:
         """Goes up when pieces change."""
         self._seen: tuple[int, ...] = ()
         self._windows: dict[int, dict[float, list[Piece]]] = {}
-        """By row, then by the beginning of the window [s]."""
+        """By row, then by the beginning of the window [s]; of rows that are not scouted."""
+        self._scouts: dict[int, Scout] = {}
+        """By row."""
+        self._scouted = 0
 
     def reach(self, begin: Instant, end: Instant, least: Instant) -> Instant:
-        """Follow all from ``begin`` on to ``end``; until when all are followed: at least to the end of a window, and to ``least``."""
-        versions = tuple(self.world.bodies.version[self.rows].tolist())
+        """Follow all from ``begin`` on to ``end``; until when all are followed: at least to the end of a window, and to ``least``.
+
+        The steps of sources that are stepped are found ahead (`xpheve.plan.scouts`), where that can be done.
+        """
+        known = self._scout(begin, end, least)
+        plain = [row for row in self.rows.tolist() if row not in self._scouts]
+        versions = (*plain, *self.world.bodies.version[plain].tolist())
         if versions != self._seen:
-            self._seen, self._windows = versions, {row: {} for row in self.rows.tolist()}
-        known = end
+            self._seen, self._windows = versions, {row: {} for row in plain}
+            self.changes += 1
         for row, windows in self._windows.items():
             known = min(known, self._follow(row, windows, begin, end, least))
         return known
+
+    def _scout(self, begin: Instant, end: Instant, least: Instant) -> Instant:
+        """`reach` for the rows whose steps are found ahead."""
+        world, known = self.world, end
+        self._scouts = {}
+        numbers = world.bodies.batch[self.rows]
+        changes = 0
+        for number in np.unique(numbers).tolist():
+            batch = world.batches[number]
+            if not may_be_scouted(world, batch):
+                continue
+            if batch.scout is None:
+                batch.scout = Scout(world, batch, self._way)
+            rows = self.rows[numbers == number].tolist()
+            known = min(known, batch.scout.reach(rows, begin, end, least))
+            self._scouts.update(dict.fromkeys(rows, batch.scout))
+            changes += batch.scout.changes + number
+        if changes != self._scouted:
+            self._scouted = changes
+            self.changes += 1
+        return known
+
+    def _way(self, row: int) -> list[Piece]:
+        """The pieces of the present step of ``row``."""
+        motion = motion_of(self.world, self.world.bodies.objects[row])
+        if motion.curve is None:
+            return [self._parabola(row, motion)]
+        return self._pieces(row, motion.begin, later(motion.begin, motion.span))
 
     def _follow(
         self, row: int, windows: dict[float, list[Piece]], begin: Instant, end: Instant, least: Instant
@@ -129,9 +166,13 @@ class Courses:
         """What `xpheve.kernels.course` reads; ``places`` says which row of a loop each row is."""
         head: list[float] = []
         parts: list[Array] = []
-        at = HEAD * len(self._windows)
-        for row, windows in self._windows.items():
-            pieces = [piece for first in sorted(windows) for piece in windows[first]]
+        at = HEAD * len(self.rows)
+        for row in self.rows.tolist():
+            if row in self._scouts:
+                pieces = [piece for leg in self._scouts[row].legs for piece in leg.ways[row]]
+            else:
+                windows = self._windows[row]
+                pieces = [piece for first in sorted(windows) for piece in windows[first]]
             straight = pieces[0].coefficients.ndim == 1
             head += [float(places[row]), float(len(pieces)), -2.0 if straight else float(DEGREE), float(at)]
             for one in pieces:

@@ -516,6 +516,11 @@ class BatchSources:
 
         return Courses(self.world, self.suns)
 
+    def follow(self, begin: Instant, end: Instant, least: Instant) -> Instant:
+        """See `xpheve.steppers.contract.Sources`."""
+        known: Instant = end if self.courses is None else self.courses.reach(begin, end, least)
+        return known
+
     @property
     def motion(self) -> Any:
         """The `xpheve.plan.motions.Motion` of the batch, made when first asked for; None if laws must be evaluated one by one."""

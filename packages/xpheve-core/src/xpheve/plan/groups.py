@@ -19,6 +19,7 @@ from xpheve.steppers.contract import Array, Offer, Refusal, Signature, State, St
 if TYPE_CHECKING:
     from xpheve.objects import PhysicalObject
     from xpheve.plan.evaluation import BatchSources
+    from xpheve.plan.scouts import Scout
     from xpheve.plan.world import World
 
 
@@ -41,6 +42,8 @@ class Batch:
         self.state = state
         self.sources: BatchSources | None = None
         self.laws: list[ContinuousLaw] = []
+        self.scout: Scout | None = None
+        """Finds its steps ahead, if it acts on others."""
         self.lent: tuple[str, ...] = ()
         """Who acts on it through pair laws and shares no potential energy: "driven" objects, moving "sources" of one-sided laws."""
 

@@ -15,6 +15,7 @@ from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import BatchSources
 from xpheve.plan.groups import Batch, form_of
 from xpheve.plan.hand_kernels import formula_of
+from xpheve.plan.scouts import may_be_scouted
 
 if TYPE_CHECKING:
     from xpheve.plan.world import World
@@ -107,6 +108,14 @@ def _restart_batch(world: World, batch: Batch) -> None:
     if world.contacts is not None:
         world.contacts.refresh([obj._row for obj in objects])
     world.wakeups.refresh(objects)
+    for other in world.batches:  # what they act on follows them otherwise from now on
+        if not other.state.count or batch not in world.acting_on(other):
+            continue
+        if not other.stepper.asks:
+            for row in other.state.rows.tolist():
+                world.mark(world.bodies.objects[row])
+        elif other.stepper.covered(other.state) > world.time:
+            _restart_batch(world, other)
 
 
 def steps_at_once(world: World, batch: Batch, sources: BatchSources, begin: Instant, need: Instant) -> int:
@@ -144,7 +153,7 @@ def follow_sources(
     if sources.courses is None or sources.held is None or not batch.stepper.loops:
         return steps, wall
     if world.settings.dt is None:
-        return steps, sources.courses.reach(begin, wall, begin)
+        return steps, wall if batch.stepper.asks else sources.courses.reach(begin, wall, begin)
     if steps <= 1:
         sources.courses.reach(begin, wall, wall)
         return 1, wall
@@ -157,9 +166,21 @@ def follow_sources(
     return steps, wall
 
 
+def not_ahead(world: World, batch: Batch, sources: BatchSources) -> list[Batch]:
+    """The batches that act on ``batch`` and must be known to the end of each of its steps before it is made, so that it is no longer than that."""
+    acting = world.acting_on(batch)
+    loops = batch.stepper.loops and sources.courses is not None and sources.held is not None
+    if not loops or not (batch.stepper.asks or world.settings.dt is not None):
+        return acting
+    return [one for one in acting if not may_be_scouted(world, one)]
+
+
 def stands_still(world: World, batch: Batch) -> bool:
-    """Whether all that acts on ``batch`` from another is known for ever."""
-    return all(one.stepper.covered(one.state) == NEVER for one in world.acting_on(batch))
+    """Whether all that acts on ``batch`` from another is known for ever, or can be found ahead."""
+    sources = world.sources(batch)
+    if sources is None:
+        return True
+    return all(one.stepper.covered(one.state) == NEVER for one in not_ahead(world, batch, sources))
 
 
 def number_at(world: World, t: Instant) -> int:

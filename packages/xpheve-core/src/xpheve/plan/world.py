@@ -83,6 +83,8 @@ class World:
         self.evaluator = Evaluator(self.bodies, up, self.mapping)
         self.settings = Settings()
         self.grid: tuple[Instant, float, int] | None = None
+        self.host_step_after: Callable[[Instant], Instant] = _never
+        """The first host step after an instant, of the present run."""
         self.spent: set[LawContainer] = set()
         """Containers that fire no more."""
         self.streams: dict[PhysicalLaw, Any] = {}
@@ -344,7 +346,8 @@ class World:
         covered = batch.stepper.covered(batch.state)
         if covered <= self.time:
             return False
-        short = any(one.stepper.covered(one.state) < covered for one in self.acting_on(batch))
+        acting = [] if batch.stepper.asks else self.acting_on(batch)  # who asks makes the step as long as it is known
+        short = any(one.stepper.covered(one.state) < covered for one in acting)
         return short or (batch.stepper.parts and batch.state.count > len(rows))
 
     def _parts(self, obj: PhysicalObject, number: int) -> bool:
@@ -432,7 +435,7 @@ class World:
             steps = loops.steps_at_once(self, batch, sources, begin, need)
             wall = sources.wall(begin, wall)
             if batch.signature.level:
-                wall = min([wall, *(one.stepper.covered(one.state) for one in self.acting_on(batch))])
+                wall = min([wall, *(one.stepper.covered(one.state) for one in loops.not_ahead(self, batch, sources))])
                 steps, wall = loops.follow_sources(self, batch, sources, begin, wall, steps)
         if steps > 1:
             assert self.grid is not None
@@ -852,6 +855,7 @@ class World:
 
     def pass_time(self, until: Instant, host_step: Callable[[Instant], Instant]) -> None:
         """Carry everything to ``until``, event by event; ``host_step(t)`` is the first host step after ``t``."""
+        self.host_step_after = host_step
         busy, last = 0, NEVER
         begun = (-math.inf, 0.0)
         """Where the last step began."""
@@ -1010,6 +1014,11 @@ class World:
                 transaction.forced.add(obj)
             if obj in transaction.forced:
                 self.sum_forces(obj)
+
+
+def _never(t: Instant) -> Instant:
+    """No host step comes after ``t``."""
+    return NEVER
 
 
 class _ForceEnd:

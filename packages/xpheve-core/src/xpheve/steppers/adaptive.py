@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from typing import Any, ClassVar
@@ -10,7 +11,7 @@ import numpy as np
 
 from xpheve.bodies import Bodies
 from xpheve.errors import NoStepperError
-from xpheve.kernels.clock import Instant, elapsed, later
+from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.steppers.contract import Array, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState
 from xpheve.steppers.smooth import Smooth
@@ -43,6 +44,7 @@ class Adaptive(Smooth):
     promise: ClassVar[str] = "Gauss-Radau 15: to tolerances, at 1e-13 and less to the limit of rounding"
     books_work: ClassVar[bool] = True
     driver: ClassVar[str] = "radau15"
+    asks: ClassVar[bool] = True
     parts: ClassVar[bool] = True
     limit: ClassVar[float] = np.inf
 
@@ -114,7 +116,7 @@ class Adaptive(Smooth):
         ):  # fmt: skip
             s[place] = value
         d[driver.MOST] = most
-        answer = motion.run("radau15", s, d)
+        answer = self._run(motion, sources, s, d, need, most)
         self._unpack(state, bodies, motion, s, d)
         if answer == driver.NOT_FINITE:
             t = numbers["base"], numbers["offset"]
@@ -125,6 +127,26 @@ class Adaptive(Smooth):
                 "faster there, as where points collide, or jump. Soften the forces, stop before, loosen the tolerances, or give run(dt=...)"
             )
         return Stop(self.covered(state), state.rows)
+
+    def _run(self, motion: Any, sources: Sources, s: Array, d: Any, need: Instant, most: int) -> int:
+        """Run the driver, with moving sources followed as far as its steps reach; its answer."""
+        from xpheve.loop.drivers import radau15 as driver
+
+        known = (float(s[driver.T]), float(s[driver.T_REST]))
+        while True:
+            begin = later((float(s[driver.T]), float(s[driver.T_REST])), float(s[driver.SPAN]))
+            least = later(
+                begin, float(s[driver.NEXT]) + 4.0 * math.ulp(begin[0] + float(s[driver.NEXT]))
+            )  # what rounding may add
+            more = sources.follow(begin, least if most else max(need, least), least)
+            if more < least and more <= known:  # they cannot be followed further: the step ends there
+                s[driver.WALL], s[driver.WALL_REST] = s[driver.NEED], s[driver.NEED_REST] = more
+                more = NEVER
+            known = more
+            s[driver.KNOWN] = known[0]
+            answer: int = motion.run("radau15", s, d)
+            if answer != driver.UNKNOWN:
+                return answer
 
     # Numbers of the driver
 

@@ -214,6 +214,10 @@ class Sources(Protocol):
         """The `xpheve.steppers.linear_form.LinearForm` of ``rows``, complete groups of a batch whose signature says linear."""
         ...
 
+    def follow(self, begin: Instant, end: Instant, least: Instant) -> Instant:
+        """Follow what acts by one-sided laws from ``begin`` on, to ``least`` at least and rather to ``end``; until when that could be done."""
+        ...
+
     @property
     def motion(self) -> Any:
         """The `xpheve.plan.motions.Motion` of the batch, for drivers; or None if its laws must be evaluated one by one."""
@@ -289,6 +293,8 @@ class Stepper(ABC):
     """How large the step times the fastest rate may be in fixed steps before they are unstable; infinite for steps that always are stable."""
     loops: ClassVar[bool] = True
     """Whether it runs the forces of `Sources.motion` along the way, so that moving sources are followed for it as polynomials."""
+    asks: ClassVar[bool] = False
+    """Whether, with tolerances, it asks `Sources.follow` for the ways of moving sources as far as its steps reach; else these cut them."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 

@@ -40,8 +40,9 @@ T, T_REST, SPAN, NEXT, NEED, NEED_REST, WALL, WALL_REST = 0, 1, 2, 3, 4, 5, 6, 7
 """When the present step began, and its length, 0 if there is none; the length wished for the next; until when to go, and never further [s]."""
 RTOL, ATOL, PACE, FIXED, LEAST = 8, 9, 10, 11, 12
 """Tolerances; length of a step by the time in which forces change, at the limit of rounding; a length for all steps, or 0; the least, by the time."""
-AHEAD, LIMIT, LIMIT_REST = 13, 14, 15
-"""How far the wall was from the beginning of the present step, and the wall: a step of that length ends there to the last digit."""
+AHEAD, LIMIT, LIMIT_REST, KNOWN = 13, 14, 15, 16
+"""How far the wall was from the beginning of the present step, and the wall: a step of that length ends there to the last digit; and until when
+forces are known."""
 NODE, PLACE, SPEED, EXTRA, EXTRA_PLACE, EXTRA_SPEED, SERIES, FORETOLD, SHARE = 32, 40, 104, 168, 176, 240, 304, 560, 624
 """Where the tables of `xpheve.kernels.radau` lie: nodes; weights of places and of speeds, 8 numbers a node; the same of extra nodes; coefficients of
 series, 16 numbers a polynomial. What is found for one step: what f_1 to f_7 weigh in the forces of the next, 8 numbers a node. At last what nodes
@@ -70,7 +71,7 @@ E1, E8 = 128, 184
 extra nodes."""
 CURVE = 192
 
-REACHED, PAUSED, NOT_FINITE, TOO_SHORT = 0, 1, 2, 3
+REACHED, PAUSED, NOT_FINITE, TOO_SHORT, UNKNOWN = 0, 1, 2, 3, 4
 """What `entry` answers."""
 
 CLOSE = 1e-18
@@ -108,7 +109,7 @@ IDLE = 0.1
 
 
 def entry(f: Buffers, n: Buffers) -> int:
-    """Make steps until ``s[NEED]`` is reached, or a limit: one of `REACHED`, `PAUSED`, `NOT_FINITE`, `TOO_SHORT`."""
+    """Make steps until ``s[NEED]`` is reached, or a limit: one of `REACHED`, `PAUSED`, `NOT_FINITE`, `TOO_SHORT`, `UNKNOWN`."""
     s = f[0]
     d = n[2]
     steps = d[STEPS]
@@ -116,6 +117,8 @@ def entry(f: Buffers, n: Buffers) -> int:
     while answer == REACHED and not is_covered(s):
         if d[0] >= d[1] or (d[MOST] > 0 and d[STEPS] - steps >= d[MOST]):
             answer = PAUSED
+        elif goes_beyond(s):
+            answer = UNKNOWN
         else:
             answer = step(f, n)
             if (
@@ -132,6 +135,12 @@ def is_covered(s: Buffers) -> bool:
     t, rest = end(s)
     covered: bool = t > s[NEED] or (t == s[NEED] and rest >= s[NEED_REST])
     return covered
+
+
+def goes_beyond(s: Buffers) -> bool:
+    """Whether the next step may lead to where forces are not known."""
+    beyond: bool = s[T] + (s[SPAN] + s[NEXT]) > s[KNOWN]
+    return beyond
 
 
 def end(s: Buffers) -> tuple[float, float]:
@@ -166,6 +175,8 @@ def step(f: Buffers, n: Buffers) -> int:
     first(s, z, tiles, a)
     if not s[NEXT] > 0.0:
         s[NEXT] = guess(s, d, z, rows, moving)
+        if goes_beyond(s):
+            return UNKNOWN
     dt = wanted(s)
     failed = TOO_SHORT
     while True:
