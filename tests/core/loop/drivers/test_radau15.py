@@ -86,6 +86,7 @@ class Run:
         s[driver.NODE : driver.HEAD] = tables()
         s[self.at.kept[0]], s[self.at.kept[2]] = x.T, v.T
         s[driver.WALL], s[driver.RTOL], s[driver.ATOL] = math.inf, rtol, rtol
+        self.s[driver.KNOWN] = math.inf
         s[driver.PACE], s[driver.FIXED], s[driver.LEAST] = PACE, fixed, 1e-20
         self.d[1] = 2**62
         for name, value in flags.items():

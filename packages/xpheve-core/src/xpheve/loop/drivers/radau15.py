@@ -104,6 +104,11 @@ FORGIVE = 0.25
 """What the last step has left owed is forgiven in one shorter than this part of it."""
 SHRINK = 0.125
 """Of a step that failed."""
+BENT = 1e-8
+"""Of a row's acceleration: more the polynomial misses at the end of a step only if forces are not smooth, at the limit of rounding; with the root of
+the tolerance, as steps grow with its 16th root, and what it misses with their eighth power."""
+SEEN = 1e-11
+"""Of a place or velocity: a miss that does less cannot be told from rounding."""
 IDLE = 0.1
 """Of the tolerances: what forces change by less over a step is too little to make steps shorter. At rest it is rounding, at any length."""
 
@@ -193,10 +198,10 @@ def step(f: Buffers, n: Buffers) -> int:
             if s[FIXED] > 0.0:
                 break
             best = dt * measure(s, d, z, tiles, rows, moving, dt)
-            if best >= REFUSE * dt:
+            if best >= REFUSE * dt and is_smooth(f, n, z, tiles, x, v, a, w, dt):
                 s[NEXT] = min(best, GROWTH * dt)
                 break
-            best = max(best, 0.01 * dt)
+            best = SHRINK * dt if best >= REFUSE * dt else max(best, 0.01 * dt)
         else:
             failed = TOO_SHORT if rough < math.inf else NOT_FINITE
             best = SHRINK * dt
@@ -659,6 +664,51 @@ def measure(s: Buffers, d: Buffers, z: int, tiles: int, rows: int, moving: int, 
                 shortest = square
                 d[WORST] = i
     return sqrt(shortest)
+
+
+def is_smooth(f: Buffers, n: Buffers, z: int, tiles: int, x: int, v: int, a: int, w: int, dt: float) -> bool:
+    """Whether forces at the end of the step are what the polynomial through those at the nodes makes of them.
+
+    Where a force has a bend or jumps within the step they are not, though nothing in the derivatives at the end need show it. Measured by the
+    row's own acceleration, and by what it does to place and velocity; a smooth force is far below `BENT` at any tolerance.
+    """
+    s = f[0]
+    d = n[2]
+    rows = n[0][1]
+    for k in range(tiles):
+        for u in range(LANES):
+            i = z + k * SIZE + u
+            s[x + k * LANES + u] = s[i + X] + dt * (s[i + V] + dt * (0.5 * s[i + A] + weighed(s, i, ARMS)))
+            s[v + k * LANES + u] = s[i + V] + dt * (s[i + A] + weighed(s, i, GAINS))
+    now = s[T] + (s[T_REST] + dt)
+    if now >= s[WALL]:  # where a force jumps, what it is before counts
+        now = s[WALL] - 2.0**-52 * abs(s[WALL])
+    forces(f, n, x, v, a, w + 24 * rows, now)
+    d[0] += 1
+    bent = BENT * sqrt(max(s[RTOL], 1e-13) * 1e13)
+    for part in range(2 if d[TURNING] else 1):
+        first = 3 * part
+        last = 7 if part else 3
+        for i in range(n[0][2]):
+            gap = 0.0
+            here = 0.0
+            place = 0.0
+            pace = 0.0
+            for c in range(first, last):
+                j = lane(z, c * rows + i)
+                off = s[a + c * rows + i] - s[j + Y0]
+                gap += off * off
+                here += s[j + A] * s[j + A]
+                place = max(place, abs(s[j + X]))
+                pace = max(pace, abs(s[j + V]))
+            gap = sqrt(gap)
+            if gap > bent * (sqrt(here) + swing(s, z, first, last, rows, i)):
+                room_v = max(s[ATOL] + s[RTOL] * pace, SEEN * pace)
+                room_x = max(s[ATOL] + s[RTOL] * place, SEEN * (place + pace * dt))
+                if gap * dt > IDLE * room_v or gap * dt * dt > IDLE * room_x:
+                    d[WORST] = i
+                    return False
+    return True
 
 
 def swing(s: Buffers, z: int, first: int, last: int, rows: int, i: int) -> float:
