@@ -22,12 +22,20 @@ Vec = tuple[float, float, float]
 
 
 def total_of(values: Iterable[float]) -> float:
-    """The sum of ``values``, rounded once; infinite or NaN, where it leaves the range of floats."""
-    parts = list(values)
+    """The sum of ``values``, rounded once; infinite or NaN, where it leaves the range of floats. They may be many, and are never held together."""
+    left = iter(values)
+    plain = 0.0  # of what `math.fsum` has taken, for when it gives up
+
+    def seen() -> Iterator[float]:
+        nonlocal plain
+        for one in left:
+            plain += one
+            yield one
+
     try:
-        return math.fsum(parts)
+        return math.fsum(seen())
     except (OverflowError, ValueError):
-        return sum(parts)
+        return plain + sum(left)
 
 
 class Energy(NamedTuple):
