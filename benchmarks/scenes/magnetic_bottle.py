@@ -120,7 +120,7 @@ PROBLEMS = [
                 "the adiabatic invariant kept to 1e-9",
                 "value",
                 method="adaptive",
-                setting="rtol 1e-12",
+                setting="rtol 1e-13",
                 key="invariant, relative",
                 ratio=1e-9,
             ),
