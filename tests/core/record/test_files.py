@@ -285,3 +285,16 @@ def test_a_full_disk_leaves_what_was_written(fake, check, small_batches, tmp_pat
         assert len(record) == 4 and record.torn
         for k, frame in enumerate(record):
             check(frame, source.frame_at(k))
+
+
+def test_an_interrupt_waits_until_a_batch_is_written() -> None:
+    import signal
+
+    from xpheve.record.files import uninterrupted
+
+    reached = []
+    with pytest.raises(KeyboardInterrupt), uninterrupted():
+        signal.raise_signal(signal.SIGINT)
+        reached.append("the end")
+    assert reached == ["the end"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -12,7 +12,10 @@ from __future__ import annotations
 import io
 import json
 import os
+import signal
+import threading
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
@@ -63,6 +66,23 @@ class _Batch(NamedTuple):
     row_count: int
 
 
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait for the end of what is done here, which must not be done by half; in other threads it does not come."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    came: list[Any] = []
+    signal.signal(signal.SIGINT, lambda *what: came.append(what))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            before(*came[0])
+
+
 class Writer:
     """Appends batches to a file that is a readable record from its first moment on."""
 
@@ -103,14 +123,15 @@ class Writer:
         """Hand all frames so far to the operating system, as one batch."""
         if not self._pending and self._described == len(self.index.objects):
             return
-        first = len(self.index)
-        news, described = self._news(first), len(self.index.objects)
-        self._put(_batch_of(self._pending, first, self._names), news, len(self._pending))
-        self._described = described
-        for frame in self._pending:
-            self.index.append(frame.time, frame.serial, frame.energy)
-        self._pending, self._pending_rows = [], 0
-        self._flushed = monotonic()
+        with uninterrupted():
+            first = len(self.index)
+            news, described = self._news(first), len(self.index.objects)
+            self._put(_batch_of(self._pending, first, self._names), news, len(self._pending))
+            self._described = described
+            for frame in self._pending:
+                self.index.append(frame.time, frame.serial, frame.energy)
+            self._pending, self._pending_rows = [], 0
+            self._flushed = monotonic()
 
     def close(self) -> FileStore:
         """Write what is left and the mark of the end; the file as it can now be read."""
