@@ -594,6 +594,9 @@ def _build_batches(engine: Any, world: World, header: Header, arrays: Arrays) ->
             )
         rows = arrays[f"batch{k}.rows"].astype(np.int64)
         state = choice.stepper.start(rows, world.bodies, world.time, None)
+        missing = sorted(state.numbers.keys() - numbers.keys())
+        if missing:
+            raise RecordError(f"the checkpoint is damaged: what {ident} keeps lacks {missing[0]!r}; take another one")
         state.numbers = dict(numbers)
         for name in state.arrays:
             state.arrays[name] = arrays[f"batch{k}.array.{name}"].copy()
