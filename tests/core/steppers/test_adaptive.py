@@ -459,3 +459,4 @@ def test_forces_with_a_bend_are_met_in_shorter_steps(stiffness: float, rtol: flo
     ):  # seven bounces; without a look at the force at the end of a step the energy was off by 6.5 J
         engine.run(until=float(second), rtol=rtol, atol=rtol)
         assert abs(engine.energy().total - 1.0) < max(10 * rtol, 1e-10)
+    assert engine.explain().data["groups"][0]["rejected"] > 0

@@ -59,7 +59,7 @@ class Adaptive(Smooth):
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         arrays = {"path": 0, "curve": 0, "work": 1, "work_rest": 1, "gain": 1, "power": TERMS, "stored": 3}
-        counts = {"steps": 0.0, "refused": 0.0, "passes": 0.0, "evaluations": 0.0}
+        counts = {"steps": 0.0, "rejected": 0.0, "passes": 0.0, "evaluations": 0.0}
         state = self.new_state(arrays, {"base": t[0], "offset": t[1], "span": 0.0, "next": 0.0} | LIMITS | counts)
         self.join(state, rows, bodies, t)
         return state
@@ -175,7 +175,7 @@ class Adaptive(Smooth):
         for k, name in WORK.items():
             at = size.work + k * motion.rows
             s[at : at + moving] = state.arrays[name][0, motion.held.order]
-        counts = ((0, "evaluations"), (driver.STEPS, "steps"), (driver.REFUSED, "refused"), (driver.PASSES, "passes"))
+        counts = ((0, "evaluations"), (driver.STEPS, "steps"), (driver.REFUSED, "rejected"), (driver.PASSES, "passes"))
         for place, name in counts:
             d[place] = int(numbers[name])
         d[driver.TURNING], d[driver.WORKING] = motion.turning, motion.works
@@ -205,7 +205,7 @@ class Adaptive(Smooth):
         numbers["span"], numbers["next"] = float(s[driver.SPAN]), float(s[driver.NEXT])
         numbers |= dict(zip(LIMITS, s[driver.AHEAD : driver.LIMIT_REST + 1].tolist(), strict=True))
         numbers["evaluations"], numbers["steps"] = float(d[0]), float(d[driver.STEPS])
-        numbers["refused"], numbers["passes"] = float(d[driver.REFUSED]), float(d[driver.PASSES])
+        numbers["rejected"], numbers["passes"] = float(d[driver.REFUSED]), float(d[driver.PASSES])
         numbers["turning"] = 1.0 if motion.turning else 0.0
         rows = state.where
         state.arrays["stored"][...] = bodies.arrays["working"][:, rows]
