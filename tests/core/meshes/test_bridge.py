@@ -23,13 +23,13 @@ def at(
 
 def nested() -> trimesh.Scene:
     """A group that is moved, turned and scaled, two boxes in it, one on the other; and a box beside it."""
-    scene = trimesh.Scene()
+    scene, box = trimesh.Scene(), BOX.copy()  # a test scales it
     scene.graph.update("group", scene.graph.base_frame, matrix=at(1, 2, 3, 0.7, (1, 1, 0)) @ np.diag([2, 2, 2, 1.0]))
-    scene.add_geometry(BOX, geom_name="box", node_name="lower", parent_node_name="group", transform=at(1, 0, 0, 0.2))
+    scene.add_geometry(box, geom_name="box", node_name="lower", parent_node_name="group", transform=at(1, 0, 0, 0.2))
     scene.add_geometry(
-        BOX, geom_name="box", node_name="upper", parent_node_name="lower", transform=at(0, 5, 0, 0.3, (1, 0, 0))
+        box, geom_name="box", node_name="upper", parent_node_name="lower", transform=at(0, 5, 0, 0.3, (1, 0, 0))
     )
-    scene.add_geometry(BOX, geom_name="box", node_name="beside", transform=at(9, 0, 0))
+    scene.add_geometry(box, geom_name="box", node_name="beside", transform=at(9, 0, 0))
     return scene
 
 
