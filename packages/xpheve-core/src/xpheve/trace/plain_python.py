@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from xpheve.laws import Constant, Impulse, Param, Velocities
-from xpheve.trace.recording import Recording
+from xpheve.trace.response_recording import ResponseRecording
 from xpheve.trace.values import NUMBER, Traced, chosen, coerced, elementwise, power
 
 MATH = {
@@ -32,7 +32,20 @@ MATH = {
 SAFE_MODULES = frozenset({"operator", "_operator", "itertools", "functools", "_functools", "builtins", "math"})
 """Modules of the standard library whose functions have no effects."""
 
-NO_EFFECTS_HERE = ("print", "open", "input", "exec", "eval", "setattr", "delattr", "globals", "locals", "vars", "id", "hash")
+NO_EFFECTS_HERE = (
+    "print",
+    "open",
+    "input",
+    "exec",
+    "eval",
+    "setattr",
+    "delattr",
+    "globals",
+    "locals",
+    "vars",
+    "id",
+    "hash",
+)
 STORES = {"STORE_ATTR", "DELETE_ATTR", "STORE_GLOBAL", "DELETE_GLOBAL"}
 
 
@@ -57,15 +70,16 @@ class Stranger:
         object.__setattr__(self, "_said", (doors, why))
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        doors: Doors
         doors, why = object.__getattribute__(self, "_said")
         doors.recording.refuse(why)
 
     def __getattr__(self, name: str) -> NoReturn:
         self._refuse()
 
-    __call__ = __getitem__ = __iter__ = __len__ = __bool__ = __contains__ = __setattr__ = __setitem__ = _refuse  # type: ignore[assignment]
+    __call__ = __getitem__ = __iter__ = __len__ = __bool__ = __contains__ = __setattr__ = __setitem__ = _refuse
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __float__ = _refuse
-    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __neg__ = __enter__ = __exit__ = _refuse  # type: ignore[assignment]
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __neg__ = __enter__ = __exit__ = _refuse
     __hash__ = None  # type: ignore[assignment]
 
 
@@ -83,7 +97,7 @@ class Doors:
     """Copies of functions and of what they reach, for one reading of one law; ``recording`` is the way that it is on."""
 
     def __init__(self) -> None:
-        self.recording: Any = Recording("")
+        self.recording = ResponseRecording("")
         self._copies: dict[int, Any] = {}
         self._kept: list[Any] = []  # so that no identity is used twice
         self._math = {id(getattr(math, name)): value for name, value in self._math_doors().items()}
@@ -121,7 +135,9 @@ class Doors:
                 space[name] = self._builtins[name]
         for cell, own, name in zip(cells, function.__closure__ or (), code.co_freevars, strict=True):
             try:
-                cell.cell_contents = own.cell_contents if name == "__class__" else self.stand_in(own.cell_contents, name)
+                cell.cell_contents = (
+                    own.cell_contents if name == "__class__" else self.stand_in(own.cell_contents, name)
+                )
             except ValueError:  # not bound yet
                 continue
         if function.__defaults__:
@@ -151,8 +167,8 @@ class Doors:
         if isinstance(value, ModuleType):
             return value if value.__name__.split(".")[0] == "numpy" else Door(value, self)
         if isinstance(value, FunctionType):
-            house = value.__module__.startswith("xpheve.") or value.__module__.split(".")[0] == "numpy"
-            return value if house or value.__module__ in SAFE_MODULES else self.copied(value)
+            ready = value.__module__.startswith("xpheve.trace.") or value.__module__.split(".")[0] == "numpy"
+            return value if ready or value.__module__ in SAFE_MODULES else self.copied(value)
         if isinstance(value, BuiltinFunctionType) and id(value) in self._math:
             return self._math[id(value)]
         if isinstance(value, BuiltinFunctionType) and value.__module__ == "math":
@@ -172,12 +188,16 @@ class Doors:
         if isinstance(value, type):
             house = module.split(".")[0] in ("builtins", "numpy", "xpheve")
             return house or issubclass(value, (BaseException, Enum))
-        return callable(value) and (module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module))
+        return callable(value) and (
+            module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module)
+        )
 
     # math
 
     def _math_doors(self) -> dict[str, Callable[..., Any]]:
-        found: dict[str, Callable[..., Any]] = {name: self._one(name, op) for name, op in MATH.items() if hasattr(math, name)}
+        found: dict[str, Callable[..., Any]] = {
+            name: self._one(name, op) for name, op in MATH.items() if hasattr(math, name)
+        }
         found["log"] = self._log
         found["pow"] = self._composed(math.pow, lambda a, b: power(self.recording, a, b))
         found["isnan"] = self._composed(math.isnan, lambda x: elementwise(self.recording, "!=", x, x))
@@ -232,7 +252,9 @@ class Doors:
 
     def _isinstance(self, value: Any, kinds: Any) -> bool:
         if isinstance(value, (Traced, *_SHADOWS)):
-            self.recording.refuse("asks isinstance() of a traced value: what chooses a formula is a Param with choices=(...)")
+            self.recording.refuse(
+                "asks isinstance() of a traced value: what chooses a formula is a Param with choices=(...)"
+            )
         every = kinds if isinstance(kinds, tuple) else (kinds,)
         return isinstance(value, tuple(float if one == self._float else one for one in every))
 
@@ -333,4 +355,6 @@ def _is_comprehension(code: CodeType) -> bool:
 
 
 def _holds_traced(value: Any) -> bool:
-    return isinstance(value, (Traced, *_SHADOWS)) or (isinstance(value, (tuple, list)) and any(map(_holds_traced, value)))
+    return isinstance(value, (Traced, *_SHADOWS)) or (
+        isinstance(value, (tuple, list)) and any(map(_holds_traced, value))
+    )

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,17 @@ from xpheve.laws import ResponseLaw
 from xpheve.trace.graph import Graph, Node, Parameter, walk
 from xpheve.trace.plain_python import Doors, GivenImpulse, GivenVelocities
 from xpheve.trace.recorder import _chance, _check_same
-from xpheve.trace.response_shadow import ResponseRecording, TracedContact, response_shadow
+from xpheve.trace.response_recording import ResponseRecording
+from xpheve.trace.response_shadow import TracedContact, response_shadow
 from xpheve.trace.values import NUMBER, coerced
 
 MOST_WAYS = 64
-"""Ways through one response; beyond it its text would be long."""
+"""Ways through one response that are read; others are left to Python."""
+
+MAY_RAISE = frozenset(
+    {"/", "sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "pow"}
+)
+"""Operations of which Python refuses some: where their result is not finite, Python is asked."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,8 @@ class Branch:
 
 
 Tree = Leaf | Branch
+Way = tuple[list[tuple[Node, bool]], Leaf]
+"""What was decided on it, and how it ended."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +99,11 @@ def trace_response(law: ResponseLaw, columns: Iterable[str] = ()) -> ResponseTra
     _check_same(law.label(), first[0].nodes, second[0].nodes)
     graph, tree = first
     leaves = list(_leaves(tree))
-    _check_same(law.label(), [node for leaf in leaves for node in leaf.values], [node for leaf in _leaves(second[1]) for node in leaf.values])
+    _check_same(
+        law.label(),
+        [node for leaf in leaves for node in leaf.values],
+        [node for leaf in _leaves(second[1]) for node in leaf.values],
+    )
     asking = [leaf.why for leaf in leaves if leaf.kind == ASK]
     if len(asking) == len(leaves):
         raise TraceError(asking[0])
@@ -105,31 +118,42 @@ def trace_response(law: ResponseLaw, columns: Iterable[str] = ()) -> ResponseTra
 
 
 def _read(law: ResponseLaw, columns: Sequence[str]) -> tuple[Graph, Tree]:
-    """One reading along all ways."""
-    graph, prefix = Graph(law.label(), check_dimensions=False), []
-    doors = Doors()
-    ways: list[tuple[list[tuple[Node, bool]], Leaf]] = []
-    while True:
+    """One reading along all ways, those with the first questions first; what is left over when there are too many asks Python."""
+    graph, doors = Graph(law.label(), check_dimensions=False), Doors()
+    ways: list[Way] = []
+    open_ends: list[tuple[int, int, list[bool]]] = [(0, 0, [])]
+    while open_ends and len(ways) < MOST_WAYS:
+        _, _, prefix = heappop(open_ends)
         recording = ResponseRecording(law.label(), graph, prefix)
-        leaf = _leaf(law, recording, columns, doors)
-        ways.append((recording.taken, leaf))
-        if len(ways) > MOST_WAYS:
-            raise TraceError(f"{law.label()}.respond has more than {MOST_WAYS} ways through its decisions")
-        prefix = [answer for _, answer in recording.taken]
-        while prefix and not prefix[-1]:
-            prefix.pop()
-        if not prefix:
-            return graph, _tree(ways, 0)
-        prefix[-1] = False
+        ways.append((recording.taken, _leaf(law, recording, columns, doors)))
+        answers = [answer for _, answer in recording.taken]
+        for k in range(len(prefix), len(answers)):
+            heappush(open_ends, (k, len(ways), [*answers[:k], False]))
+    too_many = Leaf(ASK, why=f"{law.label()}.respond has more than {MOST_WAYS} ways through its decisions")
+    return graph, _tree(ways, 0, too_many)
 
 
-def _tree(ways: Sequence[tuple[list[tuple[Node, bool]], Leaf]], depth: int) -> Tree:
-    """The tree of ``ways`` that agree on all questions before ``depth``."""
+def _tree(ways: Sequence[Way], depth: int, unread: Leaf) -> Tree:
+    """The tree of ``ways`` that agree on all questions before ``depth``; where there is no way it is ``unread``."""
+    if not ways:
+        return unread
     taken, leaf = ways[0]
     if len(taken) <= depth:
         return leaf
-    yes, no = ([way for way in ways if way[0][depth][1] is answer] for answer in (True, False))
-    return Branch(taken[depth][0], _tree(yes, depth + 1), _tree(no, depth + 1))
+    question = taken[depth][0]
+    yes, no = (
+        _tree([way for way in ways if way[0][depth][1] is answer], depth + 1, unread) for answer in (True, False)
+    )
+    if _same_leaf(yes, no) and not any(node.op in MAY_RAISE for node in walk([question])):
+        return yes
+    return Branch(question, yes, no)
+
+
+def _same_leaf(one: Tree, other: Tree) -> bool:
+    """Whether two trees are leaves that answer alike."""
+    if not (isinstance(one, Leaf) and isinstance(other, Leaf)) or one.kind == ASK:
+        return False
+    return one.kind == other.kind and [node.index for node in one.values] == [node.index for node in other.values]
 
 
 def _leaves(tree: Tree) -> list[Leaf]:

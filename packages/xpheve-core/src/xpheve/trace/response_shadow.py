@@ -10,20 +10,13 @@ from collections.abc import Iterable
 from types import FunctionType, MappingProxyType, MethodType
 from typing import Any, NoReturn
 
-from xpheve.errors import TraceError
+from xpheve.kernels.vector import add, cross, dot, scale, sub
 from xpheve.laws import Contact, ResponseLaw
-from xpheve.trace.graph import Node
 from xpheve.trace.plain_python import Doors, shadows_are
-from xpheve.trace.recording import Recording
+from xpheve.trace.response_recording import ResponseRecording
 from xpheve.trace.shadow import NOT_HERE, Shadow, ShadowType
-from xpheve.trace.values import NUMBER, Traced
+from xpheve.trace.values import NUMBER, Traced, chosen
 from xpheve.units import dimension
-
-EXACT_CALLS = frozenset({"exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "cbrt", "hypot"})  # fmt: skip
-"""Operations of which NumPy's are off by a bit here and there; those of ``math`` are not."""
-
-MOST_DECISIONS = 64
-"""On one way through a response."""
 
 OF_BODY: dict[str, tuple[int, str]] = {
     "position": (3, "m"),
@@ -60,86 +53,10 @@ OUT_OF_REACH = {
 }
 
 
-class ResponseRecording(Recording):
-    """One reading of ``respond`` along one way through its decisions.
-
-    ``prefix`` says how the first of them are decided; those after it are taken for true. ``taken`` tells what was decided.
-    """
-
-    def __init__(self, label: str, graph: Any = None, prefix: Iterable[bool] = ()) -> None:
-        super().__init__(label, pair=True)
-        self.method = "respond"
-        if graph is not None:
-            self.graph = graph
-        self.graph.check_dimensions = False
-        self.prefix = list(prefix)
-        self.taken: list[tuple[Node, bool]] = []
-        self._known: dict[int, bool] = {}
-        self._exact = 0
-
-    @property
-    def apply(self) -> str:
-        """What an author may do instead."""
-        return "leave it to Python, which is slower"
-
-    def op(self, op: str, *nodes: Node) -> Node:
-        if op in EXACT_CALLS and not self._exact:
-            self.refuse(f"np.{op} of a traced value: it may differ from compiled code in its last bit; write math.{op}")
-        return super().op(op, *nodes)
-
-    def exactly(self, make: Any) -> Any:
-        """What ``make()`` gives, which asks for functions of ``math``."""
-        self._exact += 1
-        try:
-            return make()
-        finally:
-            self._exact -= 1
-
-    def power(self, base: Node, exponent: float) -> Node:
-        """As Python's ``**``: by the power of the C library, whatever the exponent."""
-        return self.op("pow", base, self.graph.const(exponent))
-
-    def whole_part(self) -> None:
-        self.refuse("// and % of a traced value: Python rounds them in its own way")
-
-    def decide(self, value: Traced) -> bool:
-        """The answer on this way; the same question has the same answer."""
-        if len(value.at) != 1:
-            self.refuse("asks whether a vector is true: compare its components")
-        return self._decided(self.truth(value.nodes[0]))
-
-    def _decided(self, node: Node) -> bool:
-        if node.op == "not":
-            return not self._decided(node.args[0])
-        if node.op == "and":
-            return self._decided(node.args[0]) and self._decided(node.args[1])
-        if node.op == "or":
-            return self._decided(node.args[0]) or self._decided(node.args[1])
-        if all(arg.op == "const" for arg in node.args):
-            return bool(COMPARE[node.op](*(arg.value for arg in node.args)))
-        if node.index not in self._known:
-            k = len(self.taken)
-            if k >= MOST_DECISIONS:
-                self.refuse(f"decides more than {MOST_DECISIONS} times on one way: a loop that ends by what it computes is no formula")
-            self._known[node.index] = self.prefix[k] if k < len(self.prefix) else True
-            self.taken.append((node, self._known[node.index]))
-        return self._known[node.index]
-
-
-COMPARE: dict[str, Any] = {
-    "<": float.__lt__,
-    "<=": float.__le__,
-    ">": float.__gt__,
-    ">=": float.__ge__,
-    "==": float.__eq__,
-    "!=": float.__ne__,
-}
-
-
 class TracedObject:
     """``contact.body_a`` or ``body_b`` while a response is read."""
 
-    def __init__(self, recording: Recording, law: ResponseLaw, side: str, columns: Iterable[str]) -> None:
+    def __init__(self, recording: ResponseRecording, law: ResponseLaw, side: str, columns: Iterable[str]) -> None:
         object.__setattr__(self, "_here", (recording, law, side, frozenset(columns)))
 
     def __getattr__(self, name: str) -> Any:
@@ -170,10 +87,11 @@ class TracedObject:
         return Traced(recording, [recording.graph.input(name, 0, dim, f"{side}[]")], NUMBER)
 
     def _refuse(self, *_: Any) -> NoReturn:
+        recording: ResponseRecording
         recording, _law, side, _columns = self._here
         recording.refuse(f"changes, calls or compares body_{side}: a response reads, and returns what happens")
 
-    __setattr__ = __setitem__ = __eq__ = __ne__ = __bool__ = __call__ = _refuse  # type: ignore[assignment]
+    __setattr__ = __setitem__ = __eq__ = __ne__ = __bool__ = __call__ = _refuse
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
@@ -183,7 +101,7 @@ class TracedObject:
 class TracedShape:
     """``shape`` of an object: of spheres the radius is known."""
 
-    def __init__(self, recording: Recording, side: str) -> None:
+    def __init__(self, recording: ResponseRecording, side: str) -> None:
         object.__setattr__(self, "_here", (recording, side))
 
     def __getattr__(self, name: str) -> Any:
@@ -191,21 +109,25 @@ class TracedShape:
             raise AttributeError(name)
         recording, side = self._here
         if name == "radius":
-            return _read(recording, "radius", side, 0, "m")
+            found = _read(recording, "radius", side, 0, "m")
+            if found != found:
+                recording.refuse(f"reads body_{side}.shape.radius of what is no sphere")
+            return found
         recording.refuse(f"reads body_{side}.shape.{name}: of shapes compiled code knows the radius of spheres only")
 
     def _refuse(self, *_: Any) -> NoReturn:
+        recording: ResponseRecording
         recording, side = self._here
         recording.refuse(f"changes or compares body_{side}.shape")
 
-    __setattr__ = __eq__ = __ne__ = __bool__ = _refuse  # type: ignore[assignment]
+    __setattr__ = __eq__ = __ne__ = __bool__ = _refuse
     __hash__ = None  # type: ignore[assignment]
 
 
 class TracedContact:
     """The contact while a response is read; its own properties and methods are those of `xpheve.laws.Contact`."""
 
-    def __init__(self, recording: Recording, law: ResponseLaw, columns: Iterable[str], doors: Doors) -> None:
+    def __init__(self, recording: ResponseRecording, law: ResponseLaw, columns: Iterable[str], doors: Doors) -> None:
         sides = {f"body_{side}": TracedObject(recording, law, side, columns) for side in "ab"}
         object.__setattr__(self, "_here", (recording, sides, doors))
 
@@ -231,12 +153,24 @@ class TracedContact:
         )
 
     def _relative_velocity(self) -> Any:
-        return _read(self._here[0], "relative_velocity", "", 3, "m/s")
+        """As the contact server has it: the arm of a ball is along the normal, to the bit."""
+        speeds = []
+        for obj in (self.body_a, self.body_b):
+            recording, law, side, _ = obj._here
+            if not law.lever_arms:
+                speeds.append(obj.velocity)
+                continue
+            radius, arm = _read(recording, "radius", side, 0, "m"), sub(self.point, obj.position)
+            along = scale(self.normal, dot(self.normal, arm))
+            arm = _chosen(recording, radius == radius, along, arm)
+            speeds.append(add(obj.velocity, cross(obj.angular_velocity, arm)))
+        return sub(speeds[1], speeds[0])
 
     def _refuse(self, *_: Any) -> NoReturn:
-        self._here[0].refuse("changes or compares the contact: a response reads, and returns what happens")
+        recording: ResponseRecording = self._here[0]
+        recording.refuse("changes or compares the contact: a response reads, and returns what happens")
 
-    __setattr__ = __eq__ = __ne__ = __bool__ = _refuse  # type: ignore[assignment]
+    __setattr__ = __eq__ = __ne__ = __bool__ = _refuse
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
@@ -251,8 +185,10 @@ class ResponseShadow(Shadow):
     def __getattribute__(self, name: str) -> Any:
         kind = type(self)
         law, recording, doors = kind._law, kind._recording, kind._doors
-        if name in OUT_OF_REACH or name in NOT_HERE and name != "__class__":
-            recording.refuse(f"self.{name}: it {OUT_OF_REACH.get(name, 'reaches for what compiled code does not have')}")
+        if name in OUT_OF_REACH or (name in NOT_HERE and name != "__class__"):
+            recording.refuse(
+                f"self.{name}: it {OUT_OF_REACH.get(name, 'reaches for what compiled code does not have')}"
+            )
         if name.startswith("__"):
             return super().__getattribute__(name)
         if name in law.params and name not in law.__dict__:
@@ -267,25 +203,32 @@ class ResponseShadow(Shadow):
             if isinstance(declared, staticmethod):
                 return doors.stand_in(declared.__func__, f"self.{name}")
             if isinstance(declared, (dict, list, set, MappingProxyType)):
-                recording.refuse(f"self.{name} is a {type(declared).__name__} of the class, which may change unseen: a tuple cannot")
+                recording.refuse(
+                    f"self.{name} is a {type(declared).__name__} of the class, which may change unseen: a tuple cannot"
+                )
         return super().__getattribute__(name)
 
 
-def _declared(law: ResponseLaw, name: str) -> Any:
+def _chosen(recording: ResponseRecording, condition: Any, one: Any, other: Any) -> Any:
+    """``one`` or ``other``, component by component."""
+    return tuple(chosen(recording, condition, a, b) for a, b in zip(one, other, strict=True))
+
+
+def _declared(law: Any, name: str) -> Any:
     for base in type(law).__mro__:
         if name in base.__dict__:
             return base.__dict__[name]
     return None
 
 
-def response_shadow(law: ResponseLaw, recording: Recording, doors: Doors) -> Any:
+def response_shadow(law: ResponseLaw, recording: ResponseRecording, doors: Doors) -> Any:
     """A ``self`` for ``respond`` of ``law``."""
     kind = ShadowType("Shadow", (ResponseShadow,), {"_law": law, "_recording": recording, "_doors": doors})
     made: Any = object.__new__
     return made(kind)
 
 
-def _read(recording: Recording, name: str, side: str, count: int, unit: str) -> Any:
+def _read(recording: ResponseRecording, name: str, side: str, count: int, unit: str) -> Any:
     """A number, or a tuple of ``count`` of them."""
     dim = dimension(unit)
     parts = [Traced(recording, [recording.graph.input(name, k, dim, side)], NUMBER) for k in range(count or 1)]
@@ -293,4 +236,3 @@ def _read(recording: Recording, name: str, side: str, count: int, unit: str) -> 
 
 
 shadows_are(TracedObject, TracedContact, TracedShape, Shadow)
-__all__ = ["ResponseRecording", "TraceError", "TracedContact", "TracedObject", "response_shadow"]
