@@ -71,7 +71,7 @@ class PhysicsEngine(Running, Handles, Objects):
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers))
         self._world.wish_compiled(compile)
-        self._world.wish_stepper(stepper)
+        self._wish_stepper(stepper)
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import InvalidValueError, LawFailedError, StateError, TraceError, XpheveError, XpheveWarning
-from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
+from xpheve.events import AFTER, FORCE, IMPACT, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
@@ -565,7 +565,7 @@ class World:
         rows = np.array(sorted(obj._row for obj in objects), dtype=np.int64)
         for batch in self.batches:
             # A batch in the midst of a step of its own is left alone.
-            free = batch.stepper.covered(batch.state) in (NEVER, self.time)
+            free = batch.stepper.impacts or batch.stepper.covered(batch.state) in (NEVER, self.time)
             if batch.signature == signature and batch.stepper is choice.stepper and (free or not batch.state.count):
                 if not batch.state.count:
                     batch.state = choice.stepper.start(rows, self.bodies, self.time, None)
@@ -586,9 +586,11 @@ class World:
 
     def plan(self) -> None:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
-        if self.contacts is not None and self.structure != self._contacts_seen:
-            self._contacts_seen = self.structure
-            contacts_wanted.mark_changed(self)
+        if self.contacts is not None:
+            self.contacts.plan()
+            if self.structure != self._contacts_seen:
+                self._contacts_seen = self.structure
+                contacts_wanted.mark_changed(self)
         if self.dirty:
             self._plan_motion()
         self.wakeups.plan()
@@ -866,6 +868,8 @@ class World:
                 # An event whose time reads as ``until`` belongs to this run, whatever its offset.
                 ends = due[0] > until[0]
                 horizon = until if ends else due
+                if self._advance_impacts(until, due):
+                    continue
                 lagging = self._lagging(horizon)
                 if lagging is not None:
                     known = lagging.stepper.covered(lagging.state)
@@ -895,9 +899,39 @@ class World:
                 return
         self.time = max(self.time, until)
 
+    def _advance_impacts(self, until: Instant, due: Instant) -> bool:
+        """Let those that go from impact to impact do so, up to ``until`` or what is ``due`` in the queue; whether one of them did."""
+        going = [one for one in self.batches if one.state.count and one.stepper.impacts]
+        if not going:
+            return False
+        limit = due
+        if due[0] > until[0]:
+            limit = until[0], math.inf  # an event whose time reads as ``until`` belongs to this run
+        elif self.queue.next_stage() >= IMPACT:
+            limit = due[0], math.nextafter(due[1], math.inf)
+        behind = [one for one in going if one.stepper.covered(one.state) < limit]
+        for batch in behind:
+            self._fly_to_impacts(batch, limit)
+        return bool(behind)
+
+    def _fly_to_impacts(self, batch: Batch, limit: Instant) -> None:
+        """One more call of a stepper that goes from impact to impact, before ``limit``."""
+        assert self.contacts is not None
+        before = books.snapshot(self, batch)
+        sources: Any = self.contacts
+        stop = batch.stepper.advance(batch.state, self.bodies, limit, limit, self.settings, sources)
+        books.after_step(self, batch, before)
+        if len(stop.rows):
+            self.bodies.version[stop.rows] += 1
+            self.bodies.change += 1
+            self.contacts.flown(stop.rows)
+            self.wakeups.refresh(self.bodies.objects[row] for row in self.wakeups.followed(stop.rows))
+
     def _lagging(self, horizon: Instant) -> Batch | None:
         """The batch that is known for the shortest time, if that is before ``horizon``."""
-        found = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
+        found = [
+            b for b in self.batches if b.state.count and not b.stepper.impacts and b.stepper.covered(b.state) < horizon
+        ]
         # Sources before what they act on, which asks where they are.
         return min(
             found,
@@ -907,7 +941,8 @@ class World:
 
     def _known_until(self) -> Instant:
         """Until when all batches are known, after one failed to go on; the present time if all are in closed form."""
-        first = min((b.stepper.covered(b.state) for b in self.batches if b.state.count), default=NEVER)
+        known = [b.stepper.covered(b.state) for b in self.batches if b.state.count and not b.stepper.impacts]
+        first = min(known, default=NEVER)
         return self.time if first == NEVER else first
 
     def give_up(self, error: LawFailedError | TraceError, failed: object = None) -> None:
