@@ -146,7 +146,7 @@ def test_no_period_at_all_is_no_periodic_scene_and_the_setting_stays() -> None:
 
 @pytest.mark.parametrize("law", ["basic:spring_to_point", "basic:universal_gravity", "basic:rotating_frame", Plain])
 def test_a_law_that_reads_positions_is_refused_before_anything_changes(law: Any) -> None:
-    engine, ball = drifting()
+    engine, _ = drifting()
     with pytest.raises(LawDefinitionError, match="periodic = True"):
         engine.add_law(law)
     assert not engine.laws
