@@ -48,6 +48,11 @@ class Looking(Control):
         return self._world.up
 
     @property
+    def periodic(self) -> Vec | None:
+        """Edges [m] of the box whose opposite faces are one, infinite along an axis without period; None where there is none."""
+        return self._world.periodic
+
+    @property
     def seed(self) -> int:
         """Seed of the laws' random numbers."""
         return self._world.seed
@@ -159,7 +164,7 @@ class Looking(Control):
         from xpheve.record.frame import Frame
 
         world = self._world
-        columns = {name: np.ascontiguousarray(world.read_all(name, world.time).T) for name in STATE_WIDTHS}
+        columns = {name: np.ascontiguousarray(world.show_all(name).T) for name in STATE_WIDTHS}
         serial = world.bodies.serial[: world.bodies.count].copy()
         return Frame(time=self.time, serial=serial, energy=(*self.energy(),), **columns)
 

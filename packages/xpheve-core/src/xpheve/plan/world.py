@@ -59,8 +59,16 @@ BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats
 class World:
     """Everything an engine holds between two calls."""
 
-    def __init__(self, up: str, seed: int, steppers: Callable[[bool], Iterable[Stepper]]) -> None:
+    def __init__(
+        self,
+        up: str,
+        seed: int,
+        steppers: Callable[[bool], Iterable[Stepper]],
+        periodic: tuple[float, float, float] | None = None,
+    ) -> None:
         self.up = up
+        self.periodic = periodic
+        """Edges [m] of the box whose opposite faces are one, infinite along an axis without period; None where there is none."""
         self.seed = seed
         self.time: Instant = ZERO
         self.bodies = Bodies()
@@ -172,6 +180,24 @@ class World:
                 batch.stepper.read(batch.state, bodies, t, name, part)
                 out[:, where] = part
         return out
+
+    def show_row(self, row: int, name: str, t: Instant | None = None) -> tuple[float, ...]:
+        """`read_row` as users see it: in a periodic scene the image in the box, whichever the row holds."""
+        found = self.read_row(row, name, t)
+        if self.periodic is None or name != "position":
+            return found
+        from xpheve.plan.periodic import wrapped
+
+        return wrapped(found, self.periodic)
+
+    def show_all(self, name: str, out: Array | None = None) -> Array:
+        """`read_all` now, as users see it: in a periodic scene the images in the box."""
+        found = self.read_all(name, self.time, out)
+        if self.periodic is not None and name == "position":
+            from xpheve.plan.periodic import wrap_rows
+
+            wrap_rows(found, self.periodic)
+        return found
 
     def _whole_batch(self, n: int) -> Batch | None:
         """The batch that holds all rows in their order, if one does."""
