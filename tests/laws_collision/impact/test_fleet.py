@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.laws_collision.impact.scenes import LOOP, SERVER, gas, states
 
 import xpheve as xp
-from tests.laws_collision.impact.scenes import LOOP, SERVER, gas, states
 
 Change = Callable[[xp.PhysicsEngine, list[xp.PhysicalObject]], None]
 

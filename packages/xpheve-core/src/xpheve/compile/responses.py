@@ -21,7 +21,9 @@ from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Node
 from xpheve.trace.response import Leaf, ResponseTrace, Tree, trace_response
 
-MAY_RAISE = frozenset({"/", "sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "pow", "radius"})
+MAY_RAISE = frozenset(
+    {"/", "sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "pow", "radius"}
+)
 """Operations of which Python refuses some: where their result is not finite, Python is asked."""
 
 PLACES = {
@@ -138,7 +140,11 @@ class Responses:
 def _formula(law: ResponseLaw) -> tuple[Any, ...]:
     """What chooses the formula of ``law``: its class, the values that are no numbers, and what was set on it by hand."""
     values = tuple(
-        (name, type(value).__name__, value if isinstance(value, (str, bool)) else len(value) if isinstance(value, tuple) else None)
+        (
+            name,
+            type(value).__name__,
+            value if isinstance(value, (str, bool)) else len(value) if isinstance(value, tuple) else None,
+        )
         for name, value in law.parameters.items()
     )
     return type(law), values, frozenset(law.__dict__)
@@ -176,7 +182,11 @@ class _Writer(Writer):
 
     def wrote(self, node: Node, name: str) -> None:
         if node.op in MAY_RAISE:
-            self.lines += [f"if not {name} - {name} == 0.0:", f"    s[{layout.KIND}] = {float(layout.ASK)}", f"    return {layout.ASK}"]
+            self.lines += [
+                f"if not {name} - {name} == 0.0:",
+                f"    s[{layout.KIND}] = {float(layout.ASK)}",
+                f"    return {layout.ASK}",
+            ]
 
     def fork(self) -> _Writer:
         """A writer that knows what this one wrote, for one side of a branch."""

@@ -14,14 +14,14 @@ import numpy as np
 
 from xpheve.bodies import STATE_WIDTHS, WIDTHS, Bodies
 from xpheve.errors import InvalidValueError, LawFailedError, StateError, TraceError, XpheveError, XpheveWarning
-from xpheve.events import AFTER, FORCE, IMPACT, Entry, EventQueue, Guard, Rank
+from xpheve.events import AFTER, FORCE, Entry, EventQueue, Guard, Rank
 from xpheve.forces import Force, ForceIds
 from xpheve.kernels.clock import NEVER, Instant
 from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, FlowLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
-from xpheve.plan import books, contacts_wanted, loops
+from xpheve.plan import books, contacts_wanted, flights_to_impacts, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.flows import prove_flow
@@ -894,7 +894,7 @@ class World:
                 # An event whose time reads as ``until`` belongs to this run, whatever its offset.
                 ends = due[0] > until[0]
                 horizon = until if ends else due
-                if self._advance_impacts(until, due):
+                if flights_to_impacts.advance(self, until, due):
                     continue
                 lagging = self._lagging(horizon)
                 if lagging is not None:
@@ -924,34 +924,6 @@ class World:
             if self.stopped():
                 return
         self.time = max(self.time, until)
-
-    def _advance_impacts(self, until: Instant, due: Instant) -> bool:
-        """Let those that go from impact to impact do so, up to ``until`` or what is ``due`` in the queue; whether one of them did."""
-        going = [one for one in self.batches if one.state.count and one.stepper.impacts]
-        if not going:
-            return False
-        limit = due
-        if due[0] > until[0]:
-            limit = until[0], math.inf  # an event whose time reads as ``until`` belongs to this run
-        elif self.queue.next_stage() >= IMPACT:
-            limit = due[0], math.nextafter(due[1], math.inf)
-        behind = [one for one in going if one.stepper.covered(one.state) < limit]
-        for batch in behind:
-            self._fly_to_impacts(batch, limit)
-        return bool(behind)
-
-    def _fly_to_impacts(self, batch: Batch, limit: Instant) -> None:
-        """One more call of a stepper that goes from impact to impact, before ``limit``."""
-        assert self.contacts is not None
-        before = books.snapshot(self, batch)
-        sources: Any = self.contacts
-        stop = batch.stepper.advance(batch.state, self.bodies, limit, limit, self.settings, sources)
-        books.after_step(self, batch, before)
-        if len(stop.rows):
-            self.bodies.version[stop.rows] += 1
-            self.bodies.change += 1
-            self.contacts.flown(stop.rows)
-            self.wakeups.refresh(self.bodies.objects[row] for row in self.wakeups.followed(stop.rows))
 
     def _lagging(self, horizon: Instant) -> Batch | None:
         """The batch that is known for the shortest time, if that is before ``horizon``."""

@@ -32,7 +32,20 @@ MATH = {
 SAFE_MODULES = frozenset({"operator", "_operator", "itertools", "functools", "_functools", "builtins", "math"})
 """Modules of the standard library whose functions have no effects."""
 
-NO_EFFECTS_HERE = ("print", "open", "input", "exec", "eval", "setattr", "delattr", "globals", "locals", "vars", "id", "hash")
+NO_EFFECTS_HERE = (
+    "print",
+    "open",
+    "input",
+    "exec",
+    "eval",
+    "setattr",
+    "delattr",
+    "globals",
+    "locals",
+    "vars",
+    "id",
+    "hash",
+)
 STORES = {"STORE_ATTR", "DELETE_ATTR", "STORE_GLOBAL", "DELETE_GLOBAL"}
 
 
@@ -121,7 +134,9 @@ class Doors:
                 space[name] = self._builtins[name]
         for cell, own, name in zip(cells, function.__closure__ or (), code.co_freevars, strict=True):
             try:
-                cell.cell_contents = own.cell_contents if name == "__class__" else self.stand_in(own.cell_contents, name)
+                cell.cell_contents = (
+                    own.cell_contents if name == "__class__" else self.stand_in(own.cell_contents, name)
+                )
             except ValueError:  # not bound yet
                 continue
         if function.__defaults__:
@@ -172,12 +187,16 @@ class Doors:
         if isinstance(value, type):
             house = module.split(".")[0] in ("builtins", "numpy", "xpheve")
             return house or issubclass(value, (BaseException, Enum))
-        return callable(value) and (module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module))
+        return callable(value) and (
+            module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module)
+        )
 
     # math
 
     def _math_doors(self) -> dict[str, Callable[..., Any]]:
-        found: dict[str, Callable[..., Any]] = {name: self._one(name, op) for name, op in MATH.items() if hasattr(math, name)}
+        found: dict[str, Callable[..., Any]] = {
+            name: self._one(name, op) for name, op in MATH.items() if hasattr(math, name)
+        }
         found["log"] = self._log
         found["pow"] = self._composed(math.pow, lambda a, b: power(self.recording, a, b))
         found["isnan"] = self._composed(math.isnan, lambda x: elementwise(self.recording, "!=", x, x))
@@ -232,7 +251,9 @@ class Doors:
 
     def _isinstance(self, value: Any, kinds: Any) -> bool:
         if isinstance(value, (Traced, *_SHADOWS)):
-            self.recording.refuse("asks isinstance() of a traced value: what chooses a formula is a Param with choices=(...)")
+            self.recording.refuse(
+                "asks isinstance() of a traced value: what chooses a formula is a Param with choices=(...)"
+            )
         every = kinds if isinstance(kinds, tuple) else (kinds,)
         return isinstance(value, tuple(float if one == self._float else one for one in every))
 
@@ -333,4 +354,6 @@ def _is_comprehension(code: CodeType) -> bool:
 
 
 def _holds_traced(value: Any) -> bool:
-    return isinstance(value, (Traced, *_SHADOWS)) or (isinstance(value, (tuple, list)) and any(map(_holds_traced, value)))
+    return isinstance(value, (Traced, *_SHADOWS)) or (
+        isinstance(value, (tuple, list)) and any(map(_holds_traced, value))
+    )

@@ -90,7 +90,11 @@ def trace_response(law: ResponseLaw, columns: Iterable[str] = ()) -> ResponseTra
     _check_same(law.label(), first[0].nodes, second[0].nodes)
     graph, tree = first
     leaves = list(_leaves(tree))
-    _check_same(law.label(), [node for leaf in leaves for node in leaf.values], [node for leaf in _leaves(second[1]) for node in leaf.values])
+    _check_same(
+        law.label(),
+        [node for leaf in leaves for node in leaf.values],
+        [node for leaf in _leaves(second[1]) for node in leaf.values],
+    )
     asking = [leaf.why for leaf in leaves if leaf.kind == ASK]
     if len(asking) == len(leaves):
         raise TraceError(asking[0])

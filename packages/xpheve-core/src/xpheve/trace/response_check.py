@@ -45,7 +45,9 @@ def difference(law: ResponseLaw, trace: ResponseTrace) -> str:
             kind = run([scratch, parameters], [np.zeros(3, dtype=np.int64)])
             found = kind, tuple(scratch[layout.VALUES : layout.VALUES + (1, 3, 6, 0)[kind]].tolist())
             if kind != layout.ASK and not same(expected, found):
-                return f"{law.label()}.respond, read as a formula, answers {_said(found)}, and in Python {_said(expected)}"
+                return (
+                    f"{law.label()}.respond, read as a formula, answers {_said(found)}, and in Python {_said(expected)}"
+                )
     return ""
 
 
@@ -99,7 +101,9 @@ def contacts(law: ResponseLaw, columns: Sequence[str], count: int, seed: int = S
         yield _contact(a, b, tuple(n.tolist()), point, float(rng.normal() * 1e-12), abs(closing) or 1.0, rng)
 
 
-def _contact(a: Any, b: Any, normal: Any, point: Any, separation: float, closing: float, rng: np.random.Generator) -> Contact:
+def _contact(
+    a: Any, b: Any, normal: Any, point: Any, separation: float, closing: float, rng: np.random.Generator
+) -> Contact:
     more: dict[str, Any] = {}
     fields = Contact.__dataclass_fields__
     if "instant" in fields:
@@ -109,7 +113,14 @@ def _contact(a: Any, b: Any, normal: Any, point: Any, separation: float, closing
 
 def _object(law: ResponseLaw, columns: Sequence[str], rng: np.random.Generator, fixed: bool) -> PhysicalObject:
     size = 10.0 ** rng.uniform(-3.0, 3.0)
-    motion = {} if fixed else {name: (rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0)).tolist() for name in ("velocity", "angular_velocity")}
+    motion = (
+        {}
+        if fixed
+        else {
+            name: (rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0)).tolist()
+            for name in ("velocity", "angular_velocity")
+        }
+    )
     found = SampleObject(
         Sphere(float(size)),
         mass=float(10.0 ** rng.uniform(-3.0, 3.0)),
@@ -140,7 +151,11 @@ def scratch_of(contact: Contact, columns: Sequence[str]) -> np.ndarray[Any, np.d
     found[layout.TIME : layout.TIME + 2] = getattr(contact, "instant", (0.0, 0.0))
     for start, obj in ((layout.BODY_A, contact.body_a), (layout.BODY_B, contact.body_b)):
         row = [*obj.position, *obj.velocity, *obj.angular_velocity, *obj.orientation, obj.mass]
-        row += [0.0 if obj.fixed or obj.driven else 1.0 / obj.mass, *obj.inertia, getattr(obj.shape, "radius", math.nan)]
+        row += [
+            0.0 if obj.fixed or obj.driven else 1.0 / obj.mass,
+            *obj.inertia,
+            getattr(obj.shape, "radius", math.nan),
+        ]
         found[start : start + len(row)] = row
         found[start + layout.COLUMNS : start + layout.COLUMNS + len(columns)] = [obj[name] for name in columns]
     return found

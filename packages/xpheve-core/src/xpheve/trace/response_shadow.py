@@ -120,7 +120,9 @@ class ResponseRecording(Recording):
         if node.index not in self._known:
             k = len(self.taken)
             if k >= MOST_DECISIONS:
-                self.refuse(f"decides more than {MOST_DECISIONS} times on one way: a loop that ends by what it computes is no formula")
+                self.refuse(
+                    f"decides more than {MOST_DECISIONS} times on one way: a loop that ends by what it computes is no formula"
+                )
             self._known[node.index] = self.prefix[k] if k < len(self.prefix) else True
             self.taken.append((node, self._known[node.index]))
         return self._known[node.index]
@@ -251,8 +253,10 @@ class ResponseShadow(Shadow):
     def __getattribute__(self, name: str) -> Any:
         kind = type(self)
         law, recording, doors = kind._law, kind._recording, kind._doors
-        if name in OUT_OF_REACH or name in NOT_HERE and name != "__class__":
-            recording.refuse(f"self.{name}: it {OUT_OF_REACH.get(name, 'reaches for what compiled code does not have')}")
+        if name in OUT_OF_REACH or (name in NOT_HERE and name != "__class__"):
+            recording.refuse(
+                f"self.{name}: it {OUT_OF_REACH.get(name, 'reaches for what compiled code does not have')}"
+            )
         if name.startswith("__"):
             return super().__getattribute__(name)
         if name in law.params and name not in law.__dict__:
@@ -267,7 +271,9 @@ class ResponseShadow(Shadow):
             if isinstance(declared, staticmethod):
                 return doors.stand_in(declared.__func__, f"self.{name}")
             if isinstance(declared, (dict, list, set, MappingProxyType)):
-                recording.refuse(f"self.{name} is a {type(declared).__name__} of the class, which may change unseen: a tuple cannot")
+                recording.refuse(
+                    f"self.{name} is a {type(declared).__name__} of the class, which may change unseen: a tuple cannot"
+                )
         return super().__getattribute__(name)
 
 
