@@ -299,17 +299,19 @@ def crossing(
     return math.inf
 
 
-def refined(d0: Vec, d1: Vec, d2: Vec, half: Vec, radius: float, s: float) -> float:
-    """The time near ``s`` at which the gap itself is smallest, by Newton steps as long as they help."""
+def refined(d0: Vec, d1: Vec, d2: Vec, half: Vec, radius: float, s: float, side: float) -> float:
+    """The time near ``s`` at which the gap itself is smallest, by Newton steps as long as they help.
+
+    ``side`` is 1 where the ball parts from the box, -1 where it comes.
+    """
     best = s
     least = math.inf
     for _ in range(4):
         p = flown(d0, d1, d2, s)
         distance, x, y, z = standing(p, half)
         gap = distance - radius
-        v = speed_at(d1, d2, s)
-        rate = x * v[0] + y * v[1] + z * v[2]
-        if not (abs(gap) < least and s >= 0.0 and rate < 0.0):
+        rate = dot((x, y, z), speed_at(d1, d2, s))
+        if not (abs(gap) < least and s >= 0.0 and rate * side > 0.0):
             return best
         best = s
         least = abs(gap)
@@ -346,7 +348,7 @@ def met(
         slow = still if abs(x) + abs(y) + abs(z) == 1.0 else 2.0 * reach * still
         s = crossing(c, 0.0, end - t, slow, arrived)
         if s < math.inf:
-            return refined(d0, d1, d2, half, radius, t + s)
+            return refined(d0, d1, d2, half, radius, t + s, -1.0)
         if not end < last:
             return math.inf
         t = end if end > t else t + max(TICK * t, 1e-300)
@@ -382,7 +384,7 @@ def after_touch(
         if until < math.inf and value(c, until) > 0.0:
             s = crossing(c, until, end - t, slow, False)
             if s < math.inf:
-                return refined(d0, d1, d2, half, radius, t + s)
+                return refined(d0, d1, d2, half, radius, t + s, -1.0)
             if not end < last:
                 return math.inf
             return met(d0, d1, d2, half, reach, radius, still, end, last)
@@ -392,4 +394,67 @@ def after_touch(
             return math.inf
         rising = value(slopes, end - t) > 0.0
         t = end if end > t else t + max(TICK * t, 1e-300)
+    return math.inf
+
+
+def ball_box_leaves(d0: Vec, d1: Vec, d2: Vec, half: Vec, radius: float, horizon: float) -> float:
+    """Time [s] in [0, horizon] at which the gap goes from at most 0 to more; infinite if it does not.
+
+    Units as in `ball_box`. A gap of exactly 0 that opens leaves at 0; a positive gap has to close first. To touch 0 from inside and
+    fall back is not to leave.
+    """
+    if not dot(d1, d1) < FAST:
+        fastest = max(abs(d1[0]), abs(d1[1]), abs(d1[2]))
+        if not fastest < math.inf:
+            return math.inf
+        unit = math.ldexp(1.0, -math.frexp(fastest)[1])
+        slow = scale(d1, unit)
+        bent = scale(scale(d2, unit), unit)
+        return unit * slow_ball_box_leaves(d0, slow, bent, half, radius, horizon / unit)
+    return slow_ball_box_leaves(d0, d1, d2, half, radius, horizon)
+
+
+def slow_ball_box_leaves(d0: Vec, d1: Vec, d2: Vec, half: Vec, radius: float, horizon: float) -> float:
+    """The same at speeds of which the squares are floats."""
+    distance, x, y, z = standing(d0, half)
+    gap = distance - radius
+    speed = dot((x, y, z), d1)
+    if gap == 0.0 and (speed > 0.0 or (speed == 0.0 and second_rate(d0, d1, d2, half) > 0.0)):
+        return 0.0
+    last = gone(d0, d1, d2, half, radius)
+    inside = gap <= 0.0
+    t = 0.0
+    for _ in range(PIECES):
+        x, y, z, end = piece_at(d0, d1, d2, half, t, last)
+        c = piece(flown(d0, d1, d2, t), speed_at(d1, d2, t), d2, half, (x, y, z), radius)
+        s = parting(c, end - t, inside)
+        if s < math.inf:
+            s = refined(d0, d1, d2, half, radius, t + s, 1.0)
+            return s if s <= horizon else math.inf
+        inside = value(c, end - t) <= 0.0 if end < math.inf else inside
+        if not end < last or end > horizon:
+            break
+        t = end if end > t else t + max(TICK * t, 1e-300)
+    return last if inside and last <= horizon else math.inf
+
+
+def parting(c: tuple[float, float, float, float, float], end: float, inside: bool) -> float:
+    """The first time in [0, end] at which the polynomial goes from at most 0 to more, and does not only touch 0; else infinite."""
+    slopes = derivative(c)
+    if inside and c[0] > 0.0 and c[1] >= 0.0:
+        return 0.0
+    outward = (-c[0], -c[1], -c[2], -c[3], -c[4])
+    s = 0.0
+    for _ in range(GRAZES):
+        if c[0] > 0.0 and s == 0.0:
+            s = first_crossing(c, 0.0, end)
+            if s == math.inf:
+                return math.inf
+        s = first_crossing(outward, s, end)
+        if s == math.inf:
+            return math.inf
+        turn = first_crossing(slopes, s, math.inf)
+        if turn == math.inf or value(c, turn) > 0.0:
+            return s
+        s = turn
     return math.inf
