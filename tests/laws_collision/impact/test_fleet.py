@@ -29,7 +29,7 @@ def served_by(engine: xp.PhysicsEngine) -> set[str]:
 
 
 def test_many_balls_fly_by_the_loop_and_explain_says_so() -> None:
-    engine, balls = gas("", 40)
+    engine, _balls = gas("", 40)
     engine.run(until=0.3)
     loop = engine.explain().data["contacts"]["impact loop"]
     assert loop["moving"] == 40 and loop["scenery"] == 6 and loop["impacts"] > 5

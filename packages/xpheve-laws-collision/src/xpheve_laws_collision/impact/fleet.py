@@ -153,7 +153,6 @@ class Fleet:
 
     def _made(self, state: Any) -> ImpactLoop:
         from xpheve.loop.responses import Responses
-
         from xpheve_laws_collision.impact.impact_loop import ImpactLoop
 
         world, bodies = self.world, self.world.bodies
