@@ -6,11 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from xpheve.kernels.clock import NEVER, Instant
+
 if TYPE_CHECKING:
     from xpheve.laws.conditions import Condition
     from xpheve.objects import PhysicalObject
 
 Vec = tuple[float, float, float]
+
+UNKNOWN: Vec = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +23,11 @@ class Contact:
 
     ``normal`` is a unit vector from ``body_a`` to ``body_b``, world frame; ``point`` [m] lies on it between the
     surfaces; ``separation`` [m] is the gap, negative when overlapping; ``approach_speed`` [m/s] is the rate at which
-    the gap closes, negative when it opens. ``impulse`` [N s] is the size of what the response gave the pair, for those who are told
-    of an impact after it; not a number where nothing was answered.
+    the gap closes, negative when it opens. ``relative_velocity`` [m/s] is that of ``body_b`` seen from ``body_a`` at the point, spins
+    included: for those who are told of an impact the one before it. ``instant`` is the exact simulation time as (base, offset) [s].
+
+    Those who are told of an impact after it get what the response gave the pair: ``impulse`` [N s], the sum of the sizes at all its points, and
+    ``impulse_vector`` [N s], world frame, the sum on ``body_b``. Both are not a number where nothing was answered.
     """
 
     body_a: PhysicalObject
@@ -30,6 +37,21 @@ class Contact:
     separation: float
     approach_speed: float
     impulse: float = math.nan
+    relative_velocity: Vec = UNKNOWN
+    impulse_vector: Vec = UNKNOWN
+    instant: Instant = NEVER
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s], as a float: the exact one is ``instant``."""
+        return self.instant[0]
+
+    @property
+    def tangential_velocity(self) -> Vec:
+        """The part of ``relative_velocity`` [m/s] across the normal: how ``body_b`` slips over ``body_a``."""
+        u, n = self.relative_velocity, self.normal
+        along = n[0] * u[0] + n[1] * u[1] + n[2] * u[2]
+        return (u[0] - along * n[0], u[1] - along * n[1], u[2] - along * n[2])
 
 
 @dataclass(frozen=True, slots=True)

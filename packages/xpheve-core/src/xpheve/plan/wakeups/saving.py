@@ -78,7 +78,12 @@ class Writer:
     def event(self, event: Event) -> dict[str, Plain]:
         """An event, without its condition."""
         contacts = [
-            [self.object(c.body_a), self.object(c.body_b), c.normal, c.point, c.separation, c.approach_speed]
+            [
+                self.object(c.body_a),
+                self.object(c.body_b),
+                *(c.normal, c.point, c.separation, c.approach_speed),
+                *(c.impulse, c.relative_velocity, c.impulse_vector, c.instant),
+            ]
             for c in event.contacts
         ]
         force = event.force
@@ -235,8 +240,8 @@ class Reader:
             plain["time"],
             objects=tuple(by[serial] for serial in plain["objects"]),
             contacts=tuple(
-                Contact(by[a], by[b], tuple(normal), tuple(point), separation, speed)
-                for a, b, normal, point, separation, speed in plain["contacts"]
+                Contact(by[a], by[b], *(tuple(one) if isinstance(one, (list, tuple)) else one for one in rest))
+                for a, b, *rest in plain["contacts"]
             ),
             id=plain["id"],
             data=plain["data"],
