@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from xpheve.errors import OwnershipError
 from xpheve.kernels.clock import NEVER, Instant
 
 if TYPE_CHECKING:
@@ -54,6 +55,13 @@ class Contact:
         return (u[0] - along * n[0], u[1] - along * n[1], u[2] - along * n[2])
 
 
+def _engine_of(obj: PhysicalObject) -> Any:
+    """The engine that ``obj`` is in; raises `OwnershipError` if it is in none."""
+    if obj._engine is None:
+        raise OwnershipError(f"{obj!r} is in no engine: it was removed, or never added")
+    return obj._engine
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """One firing of a condition.
@@ -75,6 +83,22 @@ class Event:
     force: Any = None
     dt: float = 0.0
     parts: tuple[tuple[Condition, Event], ...] = ()
+
+    def remove(self, obj: PhysicalObject) -> None:
+        """Take ``obj`` out of its engine at the end of this instant, after all handlers."""
+        _engine_of(obj).remove_object(obj)
+
+    def replace(self, obj: PhysicalObject, new: Any, laws: Any = None) -> tuple[PhysicalObject, ...]:
+        """Take ``obj`` out and ``new`` objects in at the end of this instant: `PhysicsEngine.replace_object`."""
+        found: tuple[PhysicalObject, ...] = _engine_of(obj).replace_object(obj, new, laws)
+        return found
+
+    def split(
+        self, obj: PhysicalObject, parts: Any, laws: Any = None, *, conserve: bool = True
+    ) -> tuple[PhysicalObject, ...]:
+        """Let ``obj`` come apart into ``parts`` at the end of this instant: `PhysicsEngine.split_object`."""
+        found: tuple[PhysicalObject, ...] = _engine_of(obj).split_object(obj, parts, laws, conserve=conserve)
+        return found
 
     @property
     def fired(self) -> tuple[tuple[Condition | None, Event], ...]:

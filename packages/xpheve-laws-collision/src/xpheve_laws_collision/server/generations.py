@@ -269,7 +269,7 @@ class Generations:
             turning.push_at(place[pair[0]], place[pair[1]], bodies, gap.normal, gap.point)
             if self.turns(pair)
             else turning.Push(place[pair[0]], place[pair[1]], gap.normal, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-            for pair, gap, _, _ in spots
+            for pair, gap, *_ in spots
         ]
         speeds = [turning.separation_speed(push, bodies) for push in pushes]
         missing = [
