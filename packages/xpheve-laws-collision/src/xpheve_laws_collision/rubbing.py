@@ -143,9 +143,7 @@ class _Slips:
     def _radii(self, q: Array) -> Array:
         """The radii [N s] of the cones where impulses ``q`` act."""
         pushes = self.pushes(q)
-        return np.array(
-            [self.contacts[k].friction * pushes[k] if pushes[k] > 0.0 else 0.0 for k in self.rubbing]
-        )
+        return np.array([self.contacts[k].friction * pushes[k] if pushes[k] > 0.0 else 0.0 for k in self.rubbing])
 
     def _scaled(self, q: Array) -> float:
         """The greatest part of ``q``, up to 1, that lies in all cones: |b q| <= mu (p + b c)."""

@@ -39,7 +39,10 @@ def _side(obj: Any, contact: Any) -> Any:
     """1/m, 1/I along the principal axes, orientation, and the arm [m] from the centre to the contact."""
     weight = inverse_mass(obj)
     moments = obj.inertia
-    turns = [xp.where((weight > 0.0) & (moments[k] > 0.0), 1.0 / xp.where(moments[k] > 0.0, moments[k], 1.0), 0.0) for k in range(3)]
+    turns = [
+        xp.where((weight > 0.0) & (moments[k] > 0.0), 1.0 / xp.where(moments[k] > 0.0, moments[k], 1.0), 0.0)
+        for k in range(3)
+    ]
     return weight, turns, obj.orientation, sub(contact.point, obj.position)
 
 

@@ -187,7 +187,7 @@ def _put_law(law: PhysicalLaw, what: str, value: Any) -> None:
     if what == "enabled":
         law._enabled = value
     elif what == "_pairs":
-        law._pairs = value  # type: ignore[attr-defined]
+        law._pairs = value
     else:
         law.parameters[what] = value
 

@@ -141,9 +141,7 @@ class ResponseLaw(PhysicalLaw):
         for name in values:
             if name not in self.params or name == "resting":
                 known = ", ".join(key for key in self.params if key != "resting")
-                raise ParameterError(
-                    f"{self.label()} has no parameter {name!r} for a pair; it has: {known or 'none'}"
-                )
+                raise ParameterError(f"{self.label()} has no parameter {name!r} for a pair; it has: {known or 'none'}")
         given = dict(self._pairs.get(frozenset((a, b)), {}))
         for name, value in values.items():
             if value is None:
@@ -180,7 +178,9 @@ class ResponseLaw(PhysicalLaw):
                     f"{self.label()}.set_pair: {obj!r} is not mapped to {self!r}: map both objects first, with engine.map"
                 )
         if a is b:
-            raise InvalidValueError(f"{self.label()}.set_pair: {a!r} and itself are no pair: give two different objects")
+            raise InvalidValueError(
+                f"{self.label()}.set_pair: {a!r} and itself are no pair: give two different objects"
+            )
 
     def asked(self, contact: Contact) -> tuple[ResponseLaw, Contact]:
         """The law and the contact as they are asked: with the values of the pair, if it has any, in place of all others."""

@@ -41,7 +41,9 @@ def check_once(world: World, obj: PhysicalObject) -> None:
     """Refuse a second fate of ``obj`` at one instant; raises `InvalidValueError`."""
     if world.transaction is not None:
         if obj in world.transaction.leaving:
-            raise InvalidValueError(f"{obj!r} is replaced or split at this instant already: an object has one successor")
+            raise InvalidValueError(
+                f"{obj!r} is replaced or split at this instant already: an object has one successor"
+            )
         world.transaction.leaving[obj] = None
         leaving = world.transaction.leaving
         world.transaction.undo.append(lambda: leaving.pop(obj, None) and None)
@@ -162,11 +164,13 @@ def _array(objects: Sequence[PhysicalObject], name: str) -> Array:
 
 
 def _column(values: Sequence[float]) -> Array:
-    return np.array(values)[:, None]
+    found: Array = np.array(values)[:, None]
+    return found
 
 
 def _arms(obj: PhysicalObject, parts: Sequence[PhysicalObject]) -> Array:
-    return _array(parts, "position") - np.array(obj.position)
+    found: Array = _array(parts, "position") - np.array(obj.position)
+    return found
 
 
 def _tensor(obj: PhysicalObject) -> Array:

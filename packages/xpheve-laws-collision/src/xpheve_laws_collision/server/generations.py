@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from xpheve.errors import ContactError, LawFailedError
 from xpheve.kernels.quaternion import rotate_inverse
@@ -14,7 +14,7 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision import turning
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, still_speed
-from xpheve_laws_collision.rubbing import Rub, rub
+from xpheve_laws_collision.server.friction import Spot, rub_all
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Given, Pair, contact_of, kinetic
 from xpheve_laws_collision.simultaneous import apply, components, solve_generation, wanted_speeds
 
@@ -23,17 +23,6 @@ if TYPE_CHECKING:
 
 GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
 TURNING_GENERATIONS = 1_000  # the same where bodies turn, each of which takes milliseconds
-
-
-class Spot(NamedTuple):
-    """A contact point that approaches, and what its law answered: a separation speed over the approach speed; of some laws more."""
-
-    pair: Pair
-    gap: Gap
-    approach: float
-    restitution: float
-    friction: float = 0.0
-    tangential: float = 0.0
 
 
 class Generations:
@@ -183,10 +172,10 @@ class Generations:
         for obj in pair:
             velocity = self.velocity_of(obj)
             spin = self.spin[obj]
-            found.append(add(velocity, cross(spin, self._arm(pair, obj, gap))) if any(spin) else velocity)
+            found.append(add(velocity, cross(spin, self.arm(pair, obj, gap))) if any(spin) else velocity)
         return sub(found[1], found[0])
 
-    def _arm(self, pair: Pair, obj: PhysicalObject, gap: Gap) -> Vec:
+    def arm(self, pair: Pair, obj: PhysicalObject, gap: Gap) -> Vec:
         """From the centre of ``obj`` to the contact [m]: of a ball along the normal, to the bit; none if bodies answer as points."""
         if not self.law(pair).lever_arms:
             return (0.0, 0.0, 0.0)
@@ -227,7 +216,7 @@ class Generations:
             pushed += zip(plain, self._solve_plain(plain), strict=True)
         for group in turned:
             pushed += zip(group, self._solve_turning(group), strict=True)
-        self._rub([(spot, push) for spot, push in pushed if push > 0.0])
+        rub_all(self, [(spot, push) for spot, push in pushed if push > 0.0])
         for pair, gap, given in taken:
             self._take_over(pair, gap, given)
 
@@ -282,64 +271,11 @@ class Generations:
             self.spin[obj] = turning.new_spin(self.spin[obj], change)
         return self._book(spots, [float(impulse) for impulse in impulses], [float(speed) for speed in speeds])
 
-    def _rub(self, pushed: list[tuple[Spot, float]]) -> None:
-        """Friction of what was pushed along the normals, by connected groups."""
-        if not any(spot.friction > 0.0 and spot.tangential > -1.0 for spot, _ in pushed):
-            return
-        objects = list({obj: None for spot, _ in pushed for obj in spot.pair})
-        place = {obj: k for k, obj in enumerate(objects)}
-        inverse = [0.0 if immovable(obj) else 1.0 for obj in objects]
-        for members in components([(place[s.pair[0]], place[s.pair[1]]) for s, _ in pushed], inverse):
-            self._rub_together([pushed[k] for k in members])
-
-    def _rub_together(self, pushed: list[tuple[Spot, float]]) -> None:
-        objects = list({obj: None for spot, _ in pushed for obj in spot.pair})
-        place = {obj: k for k, obj in enumerate(objects)}
-        contacts = []
-        for spot, push in pushed:
-            (a, b), gap = spot.pair, spot.gap
-            arms = self._arm(spot.pair, a, gap), self._arm(spot.pair, b, gap)
-            slip = self.slip(spot.pair, gap)
-            contacts.append(Rub(place[a], place[b], gap.normal, *arms, push, slip, spot.friction, spot.tangential))
-        vectors = rub(contacts, [self.body(obj) for obj in objects])
-        self._add(objects, contacts, vectors)
-        for (spot, push), one, vector in zip(pushed, contacts, vectors, strict=True):
-            pair, gap = spot.pair, spot.gap
-            if any(vector):
-                after = self.slip(pair, gap)
-                self.world.add_work(self.law(pair).label(), 0.5 * (dot(vector, one.slip) + dot(vector, after)))
-                whole = add(scale(gap.normal, push), vector)
-                self.impulse[pair] += norm(whole) - push
-                self.vector[pair] = add(self.vector[pair], vector)
-                self._book_host(pair, gap, vector)
-
-    def _add(self, objects: list[PhysicalObject], contacts: list[Rub], vectors: list[Vec]) -> None:
-        """Change velocities and spins by impulses ``vectors`` [N s] at the contacts."""
-        for k, obj in enumerate(objects):
-            if immovable(obj):
-                continue
-            mine = [
-                (sign * x, sign * y, sign * z, arm)
-                for one, (x, y, z) in zip(contacts, vectors, strict=True)
-                for number, arm, sign in ((one.i, one.arm_i, -1.0), (one.j, one.arm_j, 1.0))
-                if number == k and (x or y or z)
-            ]
-            if not mine:
-                continue
-            total = tuple(math.fsum(parts[axis] for parts in mine) for axis in range(3))
-            twists = [cross(arm, (x, y, z)) for x, y, z, arm in mine]
-            twist = (math.fsum(t[0] for t in twists), math.fsum(t[1] for t in twists), math.fsum(t[2] for t in twists))
-            body = self.body(obj)
-            u = self.velocity_of(obj)
-            self.velocity[obj] = add(u, scale((total[0], total[1], total[2]), body.inverse_mass))
-            if any(twist):
-                self.spin[obj] = turning.new_spin(self.spin[obj], turning.spun(body, twist))
-
     def _book(self, spots: list[Spot], impulses: list[float], before: list[float]) -> list[float]:
         """Count the impacts, and account for the work of those that lose energy."""
         for spot, impulse, speed in zip(spots, impulses, before, strict=True):
             pair = spot.pair
-            self._note(pair, impulse, scale(spot.gap.normal, impulse))
+            self.note(pair, impulse, scale(spot.gap.normal, impulse))
             if spot.restitution < 1.0:
                 self.world.add_work(self.law(pair).label(), 0.5 * impulse * (speed + self.speed(pair, spot.gap)))
                 self.answered(pair)
@@ -347,7 +283,7 @@ class Generations:
             self.server.impacts += 1
         return impulses
 
-    def _note(self, pair: Pair, size: float, vector: Vec) -> None:
+    def note(self, pair: Pair, size: float, vector: Vec) -> None:
         """Keep what ``pair`` got, for those who are told."""
         self.impulse[pair] = self.impulse.get(pair, 0.0) + size
         self.vector[pair] = add(self.vector.get(pair, (0.0, 0.0, 0.0)), vector)
@@ -355,14 +291,14 @@ class Generations:
     def _book_hand(self, pair: Pair, gap: Gap, impulse: float) -> None:
         """Account for the work of the host on what it drives: it keeps the way of a body that ``impulse`` pushes back."""
         if any(immovable(obj) and not obj.fixed for obj in pair):
-            self._book_host(pair, gap, scale(gap.normal, impulse))
+            self.book_host(pair, gap, scale(gap.normal, impulse))
 
-    def _book_host(self, pair: Pair, gap: Gap, vector: Vec) -> None:
+    def book_host(self, pair: Pair, gap: Gap, vector: Vec) -> None:
         """The same, of an impulse ``vector`` [N s] on the second of ``pair``."""
         for obj, sign in zip(pair, (1.0, -1.0), strict=True):
             if immovable(obj) and not obj.fixed:
                 velocity = self.velocity_of(obj)
-                velocity = add(velocity, cross(self.spin[obj], self._arm(pair, obj, gap)))
+                velocity = add(velocity, cross(self.spin[obj], self.arm(pair, obj, gap)))
                 joules = sign * math.fsum(p * v for p, v in zip(vector, velocity, strict=True))
                 if joules:
                     self.world.add_work("driven", joules)
@@ -417,7 +353,7 @@ class Generations:
                     change = max(change, obj.mass * math.dist(velocity, self.velocity_of(obj)))
                     vector = scale(sub(velocity, self.velocity_of(obj)), sign * obj.mass)
                     self.velocity[obj] = velocity
-            self._note(pair, change, vector)
+            self.note(pair, change, vector)
         else:
             self._push(pair, gap, answer.vector)
         self.world.add_work(law.label(), self._kinetic(pair) - before)
@@ -433,7 +369,7 @@ class Generations:
 
     def _push(self, pair: Pair, gap: Gap, vector: Vec) -> None:
         """An impulse [N s] on the second of ``pair``, its opposite on the first."""
-        self._note(pair, norm(vector), vector)
+        self.note(pair, norm(vector), vector)
         for obj, sign in ((pair[0], -1.0), (pair[1], 1.0)):
             if immovable(obj):
                 continue
@@ -445,7 +381,7 @@ class Generations:
 
     def _twist(self, pair: Pair, obj: PhysicalObject, gap: Gap, own: Vec) -> Vec:
         """Angular impulse [N m s] of ``own`` on ``obj``; exactly none of one along the normal of a ball."""
-        arm = self._arm(pair, obj, gap)
+        arm = self.arm(pair, obj, gap)
         twist = cross(arm, own)
         none = self.server._shape(obj).kind == "sphere" and norm(twist) <= 4e-16 * norm(arm) * norm(own)
         return (0.0, 0.0, 0.0) if none else twist
