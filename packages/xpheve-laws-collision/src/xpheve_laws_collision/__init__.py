@@ -3,6 +3,7 @@
 from xpheve_laws_collision.containers.bounding_box import BoundingBoxes
 from xpheve_laws_collision.containers.exact import ExactContacts
 from xpheve_laws_collision.containers.picking import Picking
+from xpheve_laws_collision.impact.stepper import ImpactStepper
 from xpheve_laws_collision.laws.elastic import Elastic
 from xpheve_laws_collision.laws.frictional import Frictional
 from xpheve_laws_collision.laws.point import Point
@@ -20,6 +21,7 @@ __all__ = [
     "ExactContacts",
     "ExactServer",
     "Frictional",
+    "ImpactStepper",
     "Picking",
     "Point",
     "Reverse",

@@ -94,6 +94,10 @@ class BroadPhase:
             found &= ((self._groups[0, i] & self._groups[1, j]) != 0) & ((self._groups[1, i] & self._groups[0, j]) != 0)
         return found
 
+    def forget(self) -> None:
+        """Other objects are asked from now on: take up all rows."""
+        self._structure = -1
+
     def removed(self, obj: Any, row: int, moved: int) -> None:
         """Row ``row`` has what row ``moved`` had."""
         if moved < len(self._mask):

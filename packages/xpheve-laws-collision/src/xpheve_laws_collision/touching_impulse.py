@@ -5,22 +5,30 @@ Source and proof that energy never rises: see `rubbing`, which solves any number
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import NamedTuple
 
-import numpy as np
-
-import xpheve as xp
-from xpheve.kernels.quaternion import rotate, rotate_inverse
-from xpheve.kernels.vector import add, cross, dot, scale, sub
+from xpheve.kernels.quaternion import Quat, rotate, rotate_inverse
+from xpheve.kernels.vector import Vec, add, cross, dot, scale, sub
+from xpheve.laws import Contact
+from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.mass import inverse_mass
 
 
-def touching_impulse(contact: Any, restitution: Any, friction: Any, tangential: Any) -> Any:
-    """The impulse [N s] on ``body_b``, three numbers: friction None is infinite, so that the surfaces never slip."""
-    one, two = (_side(obj, contact) for obj in (contact.body_a, contact.body_b))
+class Side(NamedTuple):
+    """One body of a contact: 1/m [1/kg], principal moments [kg m^2], orientation, and the arm [m] from its centre to the contact."""
+
+    weight: float
+    moments: Vec
+    orientation: Quat
+    arm: Vec
+
+
+def touching_impulse(contact: Contact, restitution: float, friction: float | None, tangential: float) -> Vec:
+    """The impulse [N s] on ``body_b``: friction None is infinite, so that the surfaces never slip."""
+    one, two = _side(contact.body_a, contact), _side(contact.body_b, contact)
     n = contact.normal
-    along = add(_moved(one, n), _moved(two, n))
-    x = scale(n, contact.approach_speed / dot(n, along))
+    x = scale(n, contact.approach_speed / dot(n, _moved(one, two, n)))
     u = sub(_speed(contact.body_b, two), _speed(contact.body_a, one))
     d = sub(_stopping(one, two, u), x)
     normal = scale(x, 1.0 + restitution)
@@ -28,44 +36,43 @@ def touching_impulse(contact: Any, restitution: Any, friction: Any, tangential: 
         return add(normal, scale(d, 1.0 + tangential))
     push, more = dot(n, normal), dot(n, d)
     across = sub(d, scale(n, more))
-    size = np.sqrt(dot(across, across))
-    limit = friction * (push + (1.0 + tangential) * more)
-    sticks = (1.0 + tangential) * size <= limit
-    room = xp.where(sticks, 1.0, size - friction * more)
-    return add(normal, scale(d, xp.where(sticks, 1.0 + tangential, friction * push / room)))
+    size = math.sqrt(dot(across, across))
+    if (1.0 + tangential) * size <= friction * (push + (1.0 + tangential) * more):
+        return add(normal, scale(d, 1.0 + tangential))
+    return add(normal, scale(d, friction * push / (size - friction * more)))
 
 
-def _side(obj: Any, contact: Any) -> Any:
-    """1/m, 1/I along the principal axes, orientation, and the arm [m] from the centre to the contact."""
-    weight = inverse_mass(obj)
-    moments = obj.inertia
-    turns = [
-        xp.where((weight > 0.0) & (moments[k] > 0.0), 1.0 / xp.where(moments[k] > 0.0, moments[k], 1.0), 0.0)
-        for k in range(3)
-    ]
-    return weight, turns, obj.orientation, sub(contact.point, obj.position)
+def _side(obj: PhysicalObject, contact: Contact) -> Side:
+    return Side(inverse_mass(obj), obj.inertia, obj.orientation, sub(contact.point, obj.position))
 
 
-def _speed(obj: Any, side: Any) -> Any:
+def _speed(obj: PhysicalObject, side: Side) -> Vec:
     """Velocity [m/s] of the body at the contact."""
-    return add(obj.velocity, cross(obj.angular_velocity, side[3]))
+    return add(obj.velocity, cross(obj.angular_velocity, side.arm))
 
 
-def _moved(side: Any, impulse: Any) -> Any:
-    """By how much [m/s] an impulse at the contact makes the body faster there."""
-    weight, turns, q, arm = side
-    twist = rotate_inverse(q, cross(arm, impulse))
-    spin = rotate(q, (turns[0] * twist[0], turns[1] * twist[1], turns[2] * twist[2]))
-    return add(scale(impulse, weight), cross(spin, arm))
+def _moved(one: Side, two: Side, impulse: Vec) -> Vec:
+    """By how much [m/s] an impulse at the contact makes the second body faster there, seen from the first: K times it."""
+    return add(_moved_alone(one, impulse), _moved_alone(two, impulse))
 
 
-def _stopping(one: Any, two: Any, u: Any) -> Any:
+def _moved_alone(side: Side, impulse: Vec) -> Vec:
+    if side.weight == 0.0:
+        return (0.0, 0.0, 0.0)
+    straight = scale(impulse, side.weight)
+    a, b, c = side.moments
+    if a == 0.0:  # a point: then all three are 0
+        return straight
+    twist = rotate_inverse(side.orientation, cross(side.arm, impulse))
+    spin = rotate(side.orientation, (twist[0] / a, twist[1] / b, twist[2] / c))
+    return add(straight, cross(spin, side.arm))
+
+
+def _stopping(one: Side, two: Side, u: Vec) -> Vec:
     """-K^-1 u [N s], by the cofactors of the matrix K of the contact."""
-    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    k0, k1, k2 = (add(_moved(one, axis), _moved(two, axis)) for axis in unit)
+    k0, k1, k2 = _moved(one, two, (1.0, 0.0, 0.0)), _moved(one, two, (0.0, 1.0, 0.0)), _moved(one, two, (0.0, 0.0, 1.0))
     size = -1.0 / dot(k0, cross(k1, k2))
-    parts = (dot(u, cross(k1, k2)), dot(u, cross(k2, k0)), dot(u, cross(k0, k1)))
-    return scale(parts, size)
+    return scale((dot(u, cross(k1, k2)), dot(u, cross(k2, k0)), dot(u, cross(k0, k1))), size)
 
 
 __all__ = ["touching_impulse"]
