@@ -171,7 +171,7 @@ class SceneQueries(Queries):
         ray = np.concatenate([ray, np.tile(np.flatnonzero(_first(parent)), len(planes))])
         row = np.concatenate([row, np.repeat(planes, int(_first(parent).sum()))])
         way, normal = cast(places, row, origin[ray], direction[ray])
-        hit = way <= length[ray]
+        hit = (way <= length[ray]) & (way < math.inf)
         return parent[ray[hit]], row[hit], way[hit], normal[hit]
 
     # Points
