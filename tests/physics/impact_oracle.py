@@ -355,7 +355,9 @@ def growth(
     """
     with mp.workdps(DIGITS):
         off = mp.mpf(10) ** -24
-        signs = [[1 if (way * 2654435761 >> (5 + (6 * k + c) % 25)) & 1 else -1 for c in range(6)] for k in range(len(balls))]
+        signs = [
+            [1 if (way * 2654435761 >> (5 + (6 * k + c) % 25)) & 1 else -1 for c in range(6)] for k in range(len(balls))
+        ]
         moved = Oracle(balls, walls, restitution, [[s * off for s in row] for row in signs]).run(until)
         if [(i, j) for _, i, j in moved.impacts] != [(i, j) for _, i, j in plain.impacts]:
             return (float("inf"),) * 3

@@ -128,7 +128,9 @@ def cluttered(seed: int, balls: int = 4, walls: int = 3, pulled: bool = True) ->
     Balls are pulled in different directions, each its own, if ``pulled``.
     """
     chance = random.Random(seed)
-    room = [Wall("plane", (*(side * (k == axis) + 0.0 for k in range(3)), -1.0)) for axis in range(3) for side in (1, -1)]
+    room = [
+        Wall("plane", (*(side * (k == axis) + 0.0 for k in range(3)), -1.0)) for axis in range(3) for side in (1, -1)
+    ]
     furniture = []
     for _ in range(walls):
         kind = chance.choice(["box", "capsule", "sphere"])

@@ -22,7 +22,9 @@ by_all_ways = pytest.mark.parametrize("way", WAYS, ids=str)
 DIRECTIONS = [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), (1.0, 1e-3, 0.0), (-0.6, 0.0, 0.8)]
 
 
-def rods(places: Sequence[float], speeds: Sequence[float], until: float, walls: tuple[float, float] | None = None) -> tuple[Any, Any]:
+def rods(
+    places: Sequence[float], speeds: Sequence[float], until: float, walls: tuple[float, float] | None = None
+) -> tuple[Any, Any]:
     """Where equal balls on a line are, and how fast, each exactly: (balls,), as floats.
 
     Equal balls exchange their speeds: less the balls before it, each place flies on through all others, and only who is who changes
@@ -44,11 +46,22 @@ def rods(places: Sequence[float], speeds: Sequence[float], until: float, walls: 
 
 def on_a_line(places: Sequence[float], speeds: Sequence[float], direction: Sequence[float]) -> tuple[list[Ball], Any]:
     along = np.array(direction) / math.hypot(*direction)
-    balls = [Ball(RADIUS, 1.0, tuple((x * along).tolist()), tuple((v * along).tolist())) for x, v in zip(places, speeds, strict=True)]
+    balls = [
+        Ball(RADIUS, 1.0, tuple((x * along).tolist()), tuple((v * along).tolist()))
+        for x, v in zip(places, speeds, strict=True)
+    ]
     return balls, along
 
 
-def deviation(scene: Scene, until: float, along: Any, exact: tuple[Any, Any], way: dict[str, Any], fall: float = 0.0, gaps: float = 0.0) -> float:
+def deviation(
+    scene: Scene,
+    until: float,
+    along: Any,
+    exact: tuple[Any, Any],
+    way: dict[str, Any],
+    fall: float = 0.0,
+    gaps: float = 0.0,
+) -> float:
     """The greatest of places [m] and velocities [m/s] from the exact ones, across the line too; all falls with ``fall`` [m/s^2].
 
     Places may be off by ``gaps`` [m] besides, the sum of the gaps that count as none.
@@ -165,13 +178,17 @@ def test_many_cradles_far_apart_at_one_instant_are_all_exact(way: dict[str, Any]
     exact = rods(places, speeds, 1.5)
     for row in range(12):
         here = slice(5 * row, 5 * row + 5)
-        assert np.abs(positions[here, 0] - exact[0]).max() < ASKED and np.abs(velocities[here, 0] - exact[1]).max() < ASKED
+        assert (
+            np.abs(positions[here, 0] - exact[0]).max() < ASKED and np.abs(velocities[here, 0] - exact[1]).max() < ASKED
+        )
         assert np.all(positions[here, 1] == 0.5 * row) and not velocities[here, 1:].any()
 
 
 @by_all_ways
 @pytest.mark.parametrize("masses", [(1.0, 2.0, 1.0), (3.0, 1.0, 1.0, 1.0, 7.0), (1.0, 1e6, 1.0), (1e2, 1.0, 1e2)])
-def test_unequal_cradles_with_gaps_go_through_their_impacts_one_by_one(masses: Sequence[float], way: dict[str, Any]) -> None:
+def test_unequal_cradles_with_gaps_go_through_their_impacts_one_by_one(
+    masses: Sequence[float], way: dict[str, Any]
+) -> None:
     """On a line, in fractions."""
     places = [-1.0, *(0.25 * k + 0.01 * math.sin(k) for k in range(len(masses) - 1))]  # no three at once
     speeds = [1.0] + [0.0] * (len(masses) - 1)
@@ -181,7 +198,9 @@ def test_unequal_cradles_with_gaps_go_through_their_impacts_one_by_one(masses: S
     engine, bodies = Scene(balls).engine(**way)
     engine.run(until=until)
     positions, velocities = states(bodies)
-    assert positions[:, 0] == pytest.approx(exact_places, abs=1e-12) and velocities[:, 0] == pytest.approx(exact_speeds, abs=1e-12)
+    assert positions[:, 0] == pytest.approx(exact_places, abs=1e-12) and velocities[:, 0] == pytest.approx(
+        exact_speeds, abs=1e-12
+    )
 
 
 def line_of_fractions(
@@ -192,7 +211,9 @@ def line_of_fractions(
     now, end = Fraction(0), Fraction(until)
     for _ in range(1000):
         due = [
-            ((x[k + 1] - x[k] - 2 * Fraction(RADIUS)) / (v[k] - v[k + 1]), k) for k in range(len(x) - 1) if v[k] > v[k + 1]
+            ((x[k + 1] - x[k] - 2 * Fraction(RADIUS)) / (v[k] - v[k + 1]), k)
+            for k in range(len(x) - 1)
+            if v[k] > v[k + 1]
         ]
         step = min(due)[0] if due else end - now
         if now + step >= end:
@@ -210,7 +231,10 @@ def rack(gap: float, seed: int) -> Scene:
     chance = random.Random(seed)
     step = 2 * RADIUS + gap
     places = [(row * step * math.sqrt(0.75), step * (k - row / 2), 0.0) for row in range(5) for k in range(row + 1)]
-    balls = [Ball(RADIUS, 1.0, tuple(c + gap * chance.uniform(-0.1, 0.1) for c in place), (0.0, 0.0, 0.0)) for place in places]
+    balls = [
+        Ball(RADIUS, 1.0, tuple(c + gap * chance.uniform(-0.1, 0.1) for c in place), (0.0, 0.0, 0.0))
+        for place in places
+    ]
     return Scene([Ball(RADIUS, 1.0, (-1.0, 0.01, 0.003), (5.0, 0.0, 0.0)), *balls])
 
 
@@ -255,4 +279,6 @@ def test_the_exact_answers_agree_where_both_are_known() -> None:
     speeds = [chance.uniform(-1.0, 1.0) for _ in places]
     by_exchange = rods(places, speeds, 3.0)
     by_impacts = line_of_fractions(places, speeds, [1.0] * 6, 3.0)
-    assert by_exchange[0] == pytest.approx(by_impacts[0], rel=1e-15) and by_exchange[1] == pytest.approx(by_impacts[1], rel=1e-15)
+    assert by_exchange[0] == pytest.approx(by_impacts[0], rel=1e-15) and by_exchange[1] == pytest.approx(
+        by_impacts[1], rel=1e-15
+    )

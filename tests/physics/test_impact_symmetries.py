@@ -37,7 +37,9 @@ def outcome(scene: Scene, until: float, way: dict[str, Any], order: Any = None) 
 
 def same_bits(one: Any, other: Any) -> bool:
     """Whether two outcomes are the same; 0 and -0 are."""
-    return one[2] == other[2] and all((a + 0.0).tobytes() == (b + 0.0).tobytes() for a, b in zip(one[:2], other[:2], strict=True))
+    return one[2] == other[2] and all(
+        (a + 0.0).tobytes() == (b + 0.0).tobytes() for a, b in zip(one[:2], other[:2], strict=True)
+    )
 
 
 def grown(scene: Scene, until: float, way: dict[str, Any], plain: Any, seed: int) -> float:
@@ -65,7 +67,9 @@ def turned(scene: Scene, rows: Any, shift: Any, boost: Any) -> Scene:
         return tuple(float(c) for c in rows @ np.asarray(x) + shift)
 
     balls = [
-        replace(b, position=put(b.position), velocity=tuple(np.add(turn(b.velocity), boost).tolist()), force=turn(b.force))
+        replace(
+            b, position=put(b.position), velocity=tuple(np.add(turn(b.velocity), boost).tolist()), force=turn(b.force)
+        )
         for b in scene.balls
     ]
     walls = []
@@ -103,7 +107,12 @@ def quaternion_of(rows: Any) -> Any:
     if w < 0.05:
         assert rows[2, 2] == 1.0
         return (0.0, 0.0, 0.0, 1.0)
-    return (w, (rows[2, 1] - rows[1, 2]) / (4 * w), (rows[0, 2] - rows[2, 0]) / (4 * w), (rows[1, 0] - rows[0, 1]) / (4 * w))
+    return (
+        w,
+        (rows[2, 1] - rows[1, 2]) / (4 * w),
+        (rows[0, 2] - rows[2, 0]) / (4 * w),
+        (rows[1, 0] - rows[0, 1]) / (4 * w),
+    )
 
 
 def scaled(scene: Scene, length: float = 1.0, mass: float = 1.0, time: float = 1.0) -> Scene:
@@ -170,7 +179,9 @@ def test_a_scene_that_is_turned_and_moved_goes_alike(made: Any, way: dict[str, A
 @small_and_large
 @quick
 @given(seed=seeds, axis=st.integers(0, 2))
-def test_a_scene_seen_in_a_mirror_is_its_mirror_image_to_the_bit(made: Any, way: dict[str, Any], seed: int, axis: int) -> None:
+def test_a_scene_seen_in_a_mirror_is_its_mirror_image_to_the_bit(
+    made: Any, way: dict[str, Any], seed: int, axis: int
+) -> None:
     maker, until = made
     scene = maker(seed)
     signs = [-1.0 if k == axis else 1.0 for k in range(3)]
@@ -178,7 +189,9 @@ def test_a_scene_seen_in_a_mirror_is_its_mirror_image_to_the_bit(made: Any, way:
     def mirror(v: Any) -> tuple[float, ...]:
         return tuple(s * c for s, c in zip(signs, v, strict=True))
 
-    balls = [replace(b, position=mirror(b.position), velocity=mirror(b.velocity), force=mirror(b.force)) for b in scene.balls]
+    balls = [
+        replace(b, position=mirror(b.position), velocity=mirror(b.velocity), force=mirror(b.force)) for b in scene.balls
+    ]
     walls = []
     for wall in scene.walls:
         if wall.kind == "plane":
@@ -202,7 +215,10 @@ def test_a_scene_seen_in_a_mirror_is_its_mirror_image_to_the_bit(made: Any, way:
 @pytest.mark.parametrize("count", [6, 40])
 def test_balls_in_common_motion_meet_as_at_rest(count: int, way: dict[str, Any], seed: int, speed: float) -> None:
     scene = replace(crowd(seed, balls=count), walls=[])
-    inwards = [replace(b, velocity=tuple(v - 2.0 * x for v, x in zip(b.velocity, b.position, strict=True))) for b in scene.balls]
+    inwards = [
+        replace(b, velocity=tuple(v - 2.0 * x for v, x in zip(b.velocity, b.position, strict=True)))
+        for b in scene.balls
+    ]
     scene = replace(scene, balls=inwards)
     boost, until = np.array(vector_of(random.Random(seed), speed)), 0.4
     plain = outcome(scene, until, way)
@@ -248,7 +264,9 @@ def test_at_restitution_1_all_goes_back_where_it_came_from(made: Any, way: dict[
 @given(seed=seeds, power=st.integers(-20, 20))
 @example(seed=1, power=20)
 @example(seed=1, power=-20)
-def test_lengths_of_micrometres_or_megametres_are_the_same_to_the_bit(made: Any, way: dict[str, Any], seed: int, power: int) -> None:
+def test_lengths_of_micrometres_or_megametres_are_the_same_to_the_bit(
+    made: Any, way: dict[str, Any], seed: int, power: int
+) -> None:
     maker, until = made
     scene, unit = maker(seed), 2.0**power
     found = outcome(scaled(scene, length=unit), until, way)
@@ -269,7 +287,9 @@ def test_masses_in_other_units_are_the_same_to_the_bit(made: Any, way: dict[str,
 @small_and_large
 @quick
 @given(seed=seeds, power=st.integers(-12, 20))
-def test_a_scene_in_slow_or_quick_motion_is_the_same_to_the_bit(made: Any, way: dict[str, Any], seed: int, power: int) -> None:
+def test_a_scene_in_slow_or_quick_motion_is_the_same_to_the_bit(
+    made: Any, way: dict[str, Any], seed: int, power: int
+) -> None:
     maker, until = made
     scene, unit = maker(seed), 2.0**power
     found = outcome(scaled(scene, time=unit), until * unit, way)
@@ -283,7 +303,9 @@ def test_a_scene_in_slow_or_quick_motion_is_the_same_to_the_bit(made: Any, way: 
 @small_and_large
 @quick
 @given(seed=seeds, every=st.floats(0.007, 0.3), cut=st.floats(0.0, 1.0))
-def test_looking_stopping_and_asking_change_no_bit(made: Any, way: dict[str, Any], seed: int, every: float, cut: float) -> None:
+def test_looking_stopping_and_asking_change_no_bit(
+    made: Any, way: dict[str, Any], seed: int, every: float, cut: float
+) -> None:
     maker, until = made
     scene = maker(seed)
     plain = outcome(scene, until, way)

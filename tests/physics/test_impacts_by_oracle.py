@@ -42,7 +42,9 @@ def compare(scene: Scene, until: float, way: dict[str, Any], told: bool = True) 
 
 def deviation(exact: Any, found: Any) -> float:
     """The greatest, formed in 40 digits."""
-    return max(float(abs(a - float(b))) for one, two in zip(exact, found, strict=True) for a, b in zip(one, two, strict=True))
+    return max(
+        float(abs(a - float(b))) for one, two in zip(exact, found, strict=True) for a, b in zip(one, two, strict=True)
+    )
 
 
 @pytest.mark.parametrize("way", WAYS, ids=str)
@@ -63,7 +65,12 @@ def test_so_they_do_where_nobody_listens_and_nothing_pulls(way: dict[str, Any]) 
 def test_many_scenes_fly_as_in_40_digits(first: int, way: dict[str, Any]) -> None:
     for seed in range(first, first + 20):
         with contextlib.suppress(CollapseError):
-            compare(cluttered(100 + seed, balls=2 + seed % 5, walls=seed % 7, pulled=seed % 3 > 0), 1.0, way, told=seed % 2 > 0)
+            compare(
+                cluttered(100 + seed, balls=2 + seed % 5, walls=seed % 7, pulled=seed % 3 > 0),
+                1.0,
+                way,
+                told=seed % 2 > 0,
+            )
 
 
 @pytest.mark.parametrize("way", WAYS, ids=str)
@@ -80,7 +87,9 @@ def test_many_far_copies_of_a_scene_all_fly_as_the_first(count: int, way: dict[s
         walls += [moved(wall, shift) for wall in scene.walls if wall.kind != "plane"]
     # The walls of the room along x would close other rooms.
     rooms = [wall for wall in scene.walls if wall.kind == "plane" and wall.size[0] == 0.0]
-    open_room = outcome(scene.balls, [w for w in scene.walls if w.kind != "plane" or w.size[0] == 0.0], 0.5, scene.restitution)
+    open_room = outcome(
+        scene.balls, [w for w in scene.walls if w.kind != "plane" or w.size[0] == 0.0], 0.5, scene.restitution
+    )
     engine, bodies = Scene(balls, [*rooms, *walls], scene.restitution).engine(**way)
     engine.run(until=0.5)
     assert engine.explain().data["contacts"]["impacts"] == count * len(open_room.impacts) and expected
