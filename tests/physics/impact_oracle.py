@@ -11,6 +11,7 @@ of each piece at which the distance falls. Roots are found all at once, by Duran
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -175,7 +176,7 @@ def touch_of_core(way: Sequence[Sequence[Any]], half: Big, reach: Any, span: Any
             for side in (h, -h):
                 breaks.update(t for t in real_roots([c[0] - side, c[1], c[2]], span) if t > 0)
     ends = sorted(breaks)
-    for begin, end in zip(ends, ends[1:], strict=False):
+    for begin, end in itertools.pairwise(ends):
         middle = (begin + end) / 2
         total = [mp.mpf(0)] * 5
         for c, h in zip(way, half, strict=True):

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pytest
+from tests.physics.impact_oracle import Ball, Wall
 
 import xpheve as xp
-from tests.physics.impact_oracle import Ball, Wall
 from xpheve.errors import XpheveError
 
 Vec = Sequence[float]
@@ -19,8 +20,8 @@ Turn = tuple[float, float, float, float]
 
 
 def ways() -> list[dict[str, Any]]:
-    """Options of the engine: as it chooses by itself, and by the compiled stepper of impacts where there is one."""
-    found: list[dict[str, Any]] = [{}]
+    """Options of the engine: pair by pair in Python, and by the compiled stepper of impacts where there is one."""
+    found: list[dict[str, Any]] = [{"stepper": "core:ballistic"}]
     try:
         xp.PhysicsEngine(stepper="collision:impact")
     except XpheveError:
@@ -29,6 +30,7 @@ def ways() -> list[dict[str, Any]]:
 
 
 WAYS = ways()
+by_all_ways = pytest.mark.parametrize("way", WAYS, ids=[way["stepper"] for way in WAYS])
 
 
 @dataclass

@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from tests.physics.impact_oracle import Ball, Wall
-from tests.physics.impact_scenes import WAYS, Scene, states
+from tests.physics.impact_scenes import Scene, by_all_ways, states
 
 RADIUS = 0.1
 ASKED = 1e-12  # the most that a cradle may deviate, m and m/s
 TOUCH = 1e-12  # [m] what is nearer touches: its gap is not flown through, and the ball at the end starts so much ahead
-by_all_ways = pytest.mark.parametrize("way", WAYS, ids=str)
 DIRECTIONS = [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (1.0, 2.0, 3.0), (1.0, 1e-3, 0.0), (-0.6, 0.0, 0.8)]
 
 

@@ -12,16 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from tests.physics.impact_oracle import Ball, Wall
+from tests.physics.impact_scenes import Scene, by_all_ways, cluttered, crowd, states, turn_of, vector_of
 
 import xpheve as xp
-from tests.physics.impact_oracle import Ball, Wall
-from tests.physics.impact_scenes import WAYS, Scene, cluttered, crowd, states, turn_of, vector_of
 
 ULP = 2.0**-52
 ROUNDINGS = 60.0  # of each number, one impact after the other, and of what a scene is changed by
 seeds = st.integers(0, 10**6)
 quick = settings(deadline=None, max_examples=3)
-by_all_ways = pytest.mark.parametrize("way", WAYS, ids=str)
 
 # A few balls among boxes and capsules, all pulled; many in a crowd. For each how long it is looked at [s].
 MAKERS: list[tuple[Callable[[int], Scene], float]] = [(cluttered, 0.8), (crowd, 0.6)]

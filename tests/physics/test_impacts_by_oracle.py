@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from tests.physics.impact_oracle import Ball, CollapseError, Outcome, Wall, backwards, growth, outcome
-from tests.physics.impact_scenes import WAYS, Scene, cluttered, listen, states
+from tests.physics.impact_scenes import Scene, by_all_ways, cluttered, listen, states
 
 ULP = 2.0**-52
 # Each number of a flight is rounded a few times before and after each impact; `growth` says what becomes of such a deviation. It is
@@ -47,20 +46,20 @@ def deviation(exact: Any, found: Any) -> float:
     )
 
 
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@by_all_ways
 @pytest.mark.parametrize("seed", range(4))
 def test_balls_among_planes_boxes_and_capsules_fly_as_in_40_digits(seed: int, way: dict[str, Any]) -> None:
     compare(cluttered(seed), 0.8, way)
 
 
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@by_all_ways
 def test_so_they_do_where_nobody_listens_and_nothing_pulls(way: dict[str, Any]) -> None:
     for seed in (11, 12):
         compare(cluttered(seed, pulled=False), 0.8, way, told=False)
 
 
 @pytest.mark.stress
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@by_all_ways
 @pytest.mark.parametrize("first", range(0, 200, 20))
 def test_many_scenes_fly_as_in_40_digits(first: int, way: dict[str, Any]) -> None:
     for seed in range(first, first + 20):
@@ -73,7 +72,7 @@ def test_many_scenes_fly_as_in_40_digits(first: int, way: dict[str, Any]) -> Non
             )
 
 
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@by_all_ways
 @pytest.mark.parametrize("count", [1, 40])
 def test_many_far_copies_of_a_scene_all_fly_as_the_first(count: int, way: dict[str, Any]) -> None:
     """Copies far apart, as many as the compiled stepper asks for: each is the same scene, moved by a power of two."""
@@ -109,7 +108,7 @@ def moved(one: Any, shift: Any) -> Any:
     return kind(**given)
 
 
-@pytest.mark.parametrize("way", WAYS, ids=str)
+@by_all_ways
 def test_a_scene_run_backwards_comes_back(way: dict[str, Any]) -> None:
     """From where 40 digits say that it ends, velocities reversed; forces are the same then, and so is the way."""
     scene = cluttered(21, balls=3)

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.physics.impact_scenes import by_all_ways, turn_of
 
 import xpheve as xp
-from tests.physics.impact_scenes import WAYS, turn_of
 from xpheve.errors import XpheveError
 
 LONGEST = 60.0  # [s] a case may take on a busy machine
@@ -279,7 +279,6 @@ KINDS: list[Callable[[random.Random, int], Made]] = [
     overlapping, overlapping_above_ground, one_centre, pairs_in_one_place, points, unequal_masses, unequal_sizes, unequal_speeds,
     far_away, hardly_anything, too_much, corner, chain, lattice, squeezed, buried, needles,
 ]  # fmt: skip
-by_all_ways = pytest.mark.parametrize("way", WAYS, ids=str)
 
 
 def tried(kind: Callable[[random.Random, int], Made], seed: int, count: int, way: dict[str, Any]) -> str:
