@@ -1,0 +1,1 @@
+"""The compiled event loop of spheres that fly ballistically among fixed scenery."""
