@@ -134,7 +134,15 @@ def _numba() -> Any:
         from numba.core import cgutils, types
         from numba.core.registry import CPUDispatcher
         from numba.extending import intrinsic
-    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=CPUDispatcher, intrinsic=intrinsic)
+
+    class Dispatcher(CPUDispatcher):
+        """numba's own, but compiled once for all numbers of a type, and not again for each constant that it is called with."""
+
+        def get_call_template(self, args: Any, kws: Any) -> Any:
+            plain = {name: types.unliteral(one) for name, one in kws.items()}
+            return super().get_call_template(tuple(types.unliteral(one) for one in args), plain)
+
+    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=Dispatcher, intrinsic=intrinsic)
 
 
 def machine_code(text: str, what: str) -> Machine:
