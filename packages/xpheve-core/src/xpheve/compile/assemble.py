@@ -111,8 +111,7 @@ class _Library:
     def given(self, module: str) -> str:
         """The name of the pack's kernel file that ``module`` is; empty if none given is."""
         name = module.rpartition(".")[2]
-        path = os.path.splitext(os.path.abspath(self.files[name]))[0] if name in self.files else ""
-        return name if path.replace(os.sep, "/").endswith("/" + module.replace(".", "/")) else ""
+        return name if name in self.files else ""
 
 
 def _parsed(name: str, path: str, own: bool, library: _Library) -> _File:
@@ -156,7 +155,7 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool,
         for alias in statement.names:
             file.imports[alias.asname or alias.name] = (other, alias.name)
         return
-    elif statement.module is not None and statement.level == 0 and (other := library.given(statement.module)):
+    elif not own and statement.level == 0 and (other := library.given(statement.module or "")):
         for alias in statement.names:
             if not alias.asname and alias.name in library.declared:
                 file.declared.add(alias.name)
@@ -174,8 +173,8 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool,
             )
             raise file.wrong(
                 statement,
-                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels, and from other kernel files "
-                "of its pack that are given: write the function here, or make it an argument",
+                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels, or from kernel files "
+                "that are named with it: write the function here, or make it an argument",
             )
         file.strangers[alias.asname or alias.name] = alias.name
 

@@ -1,1 +1,1 @@
-"""The compiled event loop of spheres that fly ballistically among fixed scenery."""
+"""From impact to impact: spheres among fixed scenery, in one loop that is compiled where they are many."""
