@@ -139,8 +139,8 @@ def _numba() -> Any:
         """numba's own, but compiled once for all numbers of a type, and not again for each constant that it is called with."""
 
         def get_call_template(self, args: Any, kws: Any) -> Any:
-            plain = {name: types.unliteral(one) for name, one in kws.items()}
-            return super().get_call_template(tuple(types.unliteral(one) for one in args), plain)
+            plain: Any = types.unliteral
+            return super().get_call_template(tuple(map(plain, args)), {name: plain(one) for name, one in kws.items()})
 
     return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=Dispatcher, intrinsic=intrinsic)
 

@@ -15,7 +15,8 @@ from typing import Any
 
 from xpheve.kernels.clock import elapsed, later
 from xpheve.kernels.vector import Vec
-from xpheve_laws_collision.impact.meetings import moved, sped, vector
+from xpheve_laws_collision.impact.limits import vector
+from xpheve_laws_collision.impact.meetings import moved, sped
 from xpheve_laws_collision.impact.rows import (
     BEFORE,
     BOX,

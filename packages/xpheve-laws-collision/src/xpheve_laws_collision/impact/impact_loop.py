@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
@@ -13,8 +13,10 @@ import numpy.typing as npt
 
 from xpheve.compile import assemble, compiled, interpreted
 from xpheve.errors import ContactError
+from xpheve.kernels import response
 from xpheve.kernels.clock import NEVER, Instant
-from xpheve_laws_collision.impact import answer, rows
+from xpheve_laws_collision.impact import rows
+from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
 
@@ -26,15 +28,22 @@ TIMES = os.path.join(os.path.dirname(ROOM), "impact_time")
 FILES = {
     **{
         name: os.path.join(ROOM, f"{name}.py")
-        for name in ("cells", "exchange", "fixed", "loop", "meetings", "predict", "rows", "strike", "tournament")
+        for name in (
+            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "solids", "strike", "tournament"
+        )
     },
-    "answer": os.path.join(ROOM, "answer.py"),
-    "sphere_plane": os.path.join(TIMES, "sphere_plane.py"),
-    "sphere_sphere": os.path.join(TIMES, "sphere_sphere.py"),
-}
+    **{name: os.path.join(TIMES, f"{name}.py") for name in ("rounded_box", "sphere_plane", "sphere_sphere")},
+}  # fmt: skip
 ENTRY = "def entry(f, n):\n    return loop__entry(f, n)\n"
 RESPOND = "def entry(f, n):\n    return respond(f, n)\n"
 LINKED = f"def respond(f, n):\n    return machine__linked(n[{rows.COUNTS}][{rows.ADDRESS}], f, n)\n\n"
+SOLIDS = {
+    True: "def solid_time(shape, c, x, v, pull, radius):\n    return solids__solid_time(shape, c, x, v, pull, radius)\n\n"
+    "def solid_gap(shape, c, x, v, pull, radius):\n    return solids__solid_gap(shape, c, x, v, pull, radius)\n\n",
+    False: "def solid_time(shape, c, x, v, pull, radius):\n    return (math.inf, 0)\n\n"
+    "def solid_gap(shape, c, x, v, pull, radius):\n    return (math.inf, (0.0, 0.0, 1.0), 0.0)\n\n",
+}
+"""Boxes and capsules, where there are any: the text with them takes longer to compile."""
 
 FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
@@ -47,8 +56,8 @@ class Answers(Protocol):
     """The laws' answers as text: see `xpheve_laws_collision.impact.answer` for the layout of a contact."""
 
     text: str
-    columns: Sequence[str]
-    files: dict[str, str]
+    columns: Any
+    files: Any
 
     def parameters(self) -> tuple[Any, Sequence[Any]]:
         """The table of parameters, and each law's branch (negative if it has none) and where its parameters begin."""
@@ -81,23 +90,44 @@ class Outcome(NamedTuple):
 
 
 class Changed(NamedTuple):
-    """Places whose flight is another since last asked: ascending (k,), position and velocity (3, k), spin (3, k), clock (2, k)."""
+    """What has another flight since last asked.
+
+    Attributes
+    ----------
+    places
+        Ascending (k,), with position [m] and velocity [m/s] (3, k) at their clocks (2, k).
+    turned
+        Those whose spin is another, (t,), with spin [rad/s] (3, t), and orientation (4, t) at ``turn_clock`` (2, t).
+    """
 
     places: Ints
     position: Floats
     velocity: Floats
-    spin: Floats
     clock: Floats
+    turned: Ints
+    spin: Floats
+    orientation: Floats
+    turn_clock: Floats
+
+
+class Counts(NamedTuple):
+    """What was done since last asked: numbers, and for each law how often it was asked and its work [J]."""
+
+    impacts: int
+    predictions: int
+    crossings: int
+    evaluations: list[int]
+    work: list[float]
 
 
 @lru_cache(maxsize=16)
-def _interpreted_text(text: str, files: tuple[tuple[str, str], ...]) -> str:
-    return assemble(text + "\n\n" + ENTRY, {**FILES, **dict(files)}, declared=("respond",))
+def _interpreted_text(text: str, files: tuple[tuple[str, str], ...], solids: bool) -> str:
+    return assemble(f"{text}\n\n{SOLIDS[solids]}{ENTRY}", {**FILES, **dict(files)}, declared=DECLARED)
 
 
-@lru_cache(maxsize=1)
-def _compiled_text() -> str:
-    return assemble(LINKED + ENTRY, FILES, declared=("respond",))
+@lru_cache(maxsize=2)
+def _compiled_text(solids: bool) -> str:
+    return assemble(LINKED + SOLIDS[solids] + ENTRY, FILES, declared=DECLARED)
 
 
 class ImpactLoop:
@@ -115,8 +145,10 @@ class ImpactLoop:
         The laws' answers.
     laws_of_bit
         For each bit of a mask the number of the law that answers; -1 for one that only Python can ask.
+    scenery_heard
+        Bits of the laws that listen to each (m,): where both sides of a pair have one, Python answers.
     scenery_columns
-        Columns of the fixed shapes, as of places: (columns, m).
+        Columns of the fixed shapes, as those of places: by name, or (columns, m).
     periodic
         Lengths [m] of a periodic box from 0 on, infinite along open axes; None for none.
     compiled
@@ -138,12 +170,15 @@ class ImpactLoop:
         responses: Answers,
         laws_of_bit: Sequence[int],
         *,
+        scenery_heard: Any = None,
         scenery_columns: Any = None,
         periodic: Sequence[float] | None = None,
         compiled: bool,
         cells: bool | None = None,
     ) -> None:
         self.count, self.responses, self.compiled = count, responses, compiled
+        self.columns = tuple(responses.columns)
+        self._solids = False
         self.periodic = None if periodic is None else tuple(float(one) for one in periodic)
         self.celled = self.periodic is not None or (count > FEW if cells is None else cells)
         self.grid: Grid | None = None
@@ -152,7 +187,7 @@ class ImpactLoop:
         self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
         self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(8)]
         f, n = self.f, self.n
-        f[rows.CONTACT] = np.zeros(answer.CONTACTS)
+        f[rows.CONTACT] = np.zeros(response.SCRATCH)
         f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
         f[rows.EVENT] = np.zeros(rows.EVENTS * max(1, count))
         f[rows.COLD] = np.zeros(rows.COLDS * max(1, count))
@@ -183,7 +218,7 @@ class ImpactLoop:
         self._linked: Any = None
         self._kernel: Any = None
         self.set_laws(laws_of_bit)
-        self.set_scenery(scenery, scenery_masks, scenery_columns)
+        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard)
         if self.periodic is not None:
             self._begin_periodic(self.periodic)
 
@@ -210,7 +245,9 @@ class ImpactLoop:
         self.f[1] = np.ascontiguousarray(np.append(np.asarray(table, dtype=np.float64), 0.0))
         laws = np.full(rows.BITS + rows.LAW_ROWS * max(1, len(each)), -1, dtype=np.int64)
         laws[: len(laws_of_bit)] = laws_of_bit
-        counts_before = self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)[:, rows.ASKED] if self._kernel else []
+        counts_before: Any = (
+            self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)[:, rows.ASKED] if self._kernel else []
+        )
         for law, one in enumerate(each):
             at = rows.BITS + rows.LAW_ROWS * law
             branch, offset = (-1, 0) if one is None else one
@@ -222,14 +259,20 @@ class ImpactLoop:
             self.f[rows.WORK] = np.zeros(2 * max(1, len(each)))
         self.laws = len(each)
 
-    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None) -> None:
+    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
-        self.n[rows.MASKS] = np.append(np.asarray(masks, dtype=np.int64).ravel(), 0)
-        own = np.zeros((len(shapes) + 1, rows.MOST_COLUMNS))
-        if columns is not None and len(self.responses.columns):
-            own[: len(shapes), : len(self.responses.columns)] = np.asarray(columns, dtype=np.float64).T
+        both = np.zeros((len(shapes) + 1, 2), dtype=np.int64)
+        both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
+        both[: len(shapes), 1] = 0 if heard is None else heard
+        self.n[rows.MASKS] = both.ravel()
+        own = np.full((len(shapes) + 1, response.MOST_COLUMNS), np.nan)
+        if columns is not None:
+            own[: len(shapes), : len(self.columns)] = self._in_order(columns, len(shapes))
+        solids = bool((shapes[:, rows.KIND] >= rows.BOX).any())
+        if solids != self._solids:
+            self._solids, self._kernel = solids, None
         self.f[rows.COLUMNS] = own.ravel()
         self._counts[rows.SCENES] = len(shapes)
         places = max(1, self.count)
@@ -239,6 +282,13 @@ class ImpactLoop:
         self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
         self._counts[rows.CHANGES] = 0
         self._list_changes(np.flatnonzero(self._place[: self.count, rows.CHANGED]))
+
+    def _in_order(self, columns: Any, count: int) -> Floats:
+        """Columns by name, or (columns, count), as (count, columns)."""
+        if isinstance(columns, Mapping):
+            columns = [columns[name] for name in self.columns]
+        found: Floats = np.asarray(columns, dtype=np.float64).reshape(len(self.columns), count).T
+        return found
 
     def _list_changes(self, places: Ints) -> None:
         self.n[rows.LISTS][self.count : self.count + len(places)] = places
@@ -269,10 +319,13 @@ class ImpactLoop:
         heard: Any,
         rank: Any,
         columns: Any,
+        orientation: Any = None,
+        turn_clock: Any = None,
     ) -> None:
-        """Put flights into ``places`` (k,): vectors (3, k), clocks (2, k), all else (k,), columns (columns, k).
+        """Put flights into ``places`` (k,): vectors (3, k), clocks (2, k), all else (k,); columns by name, or (columns, k).
 
-        ``inertia`` may be (k,) or (3, k). A mask of 0 empties a place. Streaks of losing impacts are kept.
+        ``inertia`` may be (k,) or (3, k); ``orientation`` (4, k) is that at ``turn_clock`` (2, k), by default upright at ``clock``.
+        A mask of 0 empties a place. Streaks of losing impacts are kept.
         """
         at = np.asarray(places, dtype=np.int64).reshape(-1)
         state, cold, place = self._state, self._cold, self._place
@@ -288,8 +341,12 @@ class ImpactLoop:
         cold[at, rows.MASS] = mass
         moments = np.asarray(inertia, dtype=np.float64)
         cold[at, rows.INERTIA : rows.INERTIA + 3] = moments.T if moments.ndim == 2 else moments[..., np.newaxis]
-        if len(self.responses.columns):
-            cold[at, rows.OWN : rows.OWN + len(self.responses.columns)] = np.asarray(columns, dtype=np.float64).T
+        cold[at, rows.TURNING : rows.TURNING + 4] = (
+            (1.0, 0.0, 0.0, 0.0) if orientation is None else np.asarray(orientation, dtype=np.float64).T
+        )
+        cold[at, rows.TURN_TIME : rows.TURN_TIME + 2] = times.T if turn_clock is None else np.asarray(turn_clock).T
+        if self.columns:
+            cold[at, rows.OWN : rows.OWN + len(self.columns)] = self._in_order(columns, len(at))
         place[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
         place[at, rows.PRESENT] = place[at, rows.MASK] != 0
         if len(at):
@@ -331,12 +388,13 @@ class ImpactLoop:
     def _make(self) -> None:
         responses = self.responses
         if not self.compiled:
-            self._kernel = interpreted(_interpreted_text(responses.text, tuple(sorted(responses.files.items()))))
+            text = _interpreted_text(responses.text, tuple(sorted(responses.files.items())), self._solids)
+            self._kernel = interpreted(text, what="impact loop")
             return
         text = assemble(responses.text + "\n\n" + RESPOND, responses.files)
         self._linked = compiled(text, what="answers of collision laws")
         self._counts[rows.ADDRESS] = self._linked.address
-        self._kernel = compiled(_compiled_text(), what="impact loop")
+        self._kernel = compiled(_compiled_text(self._solids), what="impact loop")
 
     def _prepare(self) -> None:
         """Have cells that suit the places."""
@@ -434,14 +492,28 @@ class ImpactLoop:
         at = np.sort(self.n[rows.LISTS][first : first + int(counts[rows.CHANGES])])
         counts[rows.CHANGES] = 0
         self._place[at, rows.CHANGED] = 0
-        state = self._state[at]
+        turned = at[self._place[at, rows.TURNED] != 0]
+        self._place[turned, rows.TURNED] = 0
+        state, cold = self._state[at], self._cold[turned]
         return Changed(
             at,
             state[:, rows.X : rows.X + 3].T.copy(),
             state[:, rows.V : rows.V + 3].T.copy(),
-            self._cold[at, rows.SPIN : rows.SPIN + 3].T.copy(),
             state[:, rows.TIME : rows.TIME + 2].T.copy(),
+            turned,
+            cold[:, rows.SPIN : rows.SPIN + 3].T.copy(),
+            cold[:, rows.TURNING : rows.TURNING + 4].T.copy(),
+            cold[:, rows.TURN_TIME : rows.TURN_TIME + 2].T.copy(),
         )
+
+    def take_counts(self) -> Counts:
+        """What was done since last asked; the counts begin again."""
+        found = Counts(self.impacts, self.predictions, self.crossings, self.evaluations, self.work)
+        self._asked_cells -= self._crowd()
+        self._counts[[rows.IMPACTS, rows.PREDICTIONS, rows.CROSSINGS, rows.STALE]] = 0
+        self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)[:, rows.ASKED] = 0
+        self.f[rows.WORK][:] = 0.0
+        return found
 
     @property
     def impacts(self) -> int:

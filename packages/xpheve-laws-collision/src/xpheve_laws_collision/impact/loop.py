@@ -15,7 +15,8 @@ from typing import Any
 
 from xpheve.kernels.vector import Vec, norm
 from xpheve_laws_collision.impact.cells import put_in, step_over, take_out, wait_to_leave
-from xpheve_laws_collision.impact.meetings import TOUCH, ULPS, touch_of, vector
+from xpheve_laws_collision.impact.limits import TOUCH, ULPS, vector
+from xpheve_laws_collision.impact.meetings import touch_of
 from xpheve_laws_collision.impact.predict import foresee, look_anew, look_around, settle
 from xpheve_laws_collision.impact.rows import (
     AT,
@@ -147,7 +148,7 @@ def run(f: Any, n: Any) -> int:
         counts[WITH] = place[p + PARTNER] if meets else place[p + WALL]
         counts[WITH_SCENERY] = 0 if meets else 1
         reason = LIMITED
-        if too_many(f, n, high, low):
+        if is_busy(f, n, high, low):
             reason = BUSY
         elif (place[p + MEETS_HOW] if meets else place[p + HITS_HOW]) == REST:
             reason = RESTED
@@ -161,13 +162,14 @@ def run(f: Any, n: Any) -> int:
             return reason
 
 
-def too_many(f: Any, n: Any, high: float, low: float) -> bool:
+def is_busy(f: Any, n: Any, high: float, low: float) -> bool:
     """Count the impacts of one instant: whether they have become too many to end."""
     space = f[SPACE]
     counts = n[COUNTS]
     if space[BUSY_AT] == high and space[BUSY_AT + 1] == low:
         counts[SAME_TIME] += 1
-        return counts[SAME_TIME] > counts[MOST_AT_ONCE]
+        too_many: bool = counts[SAME_TIME] > counts[MOST_AT_ONCE]
+        return too_many
     space[BUSY_AT] = high
     space[BUSY_AT + 1] = low
     counts[SAME_TIME] = 1
@@ -195,7 +197,7 @@ def touching(f: Any, n: Any, i: int) -> int:
                 lists[to + found] = j
                 found += 1
     for row in range(counts[SCENES]):
-        if row != place[PLACES * i + SKIP] and n[MASKS][row] & mask:
+        if row != place[PLACES * i + SKIP] and n[MASKS][2 * row] & mask:
             gap = stand(f[SCENERY], row, x, v, pull, radius)[0]
             if abs(gap) <= touch_of(f[SCENERY], row, x, radius):
                 lists[to + found] = -1 - row

@@ -11,10 +11,9 @@ from typing import Any
 
 from xpheve.kernels.clock import elapsed, later
 from xpheve.kernels.vector import Vec, dot, norm, scale
-from xpheve_laws_collision.impact.fixed import box_time, capsule_time
+from xpheve_laws_collision.impact.declared import solid_time
+from xpheve_laws_collision.impact.limits import BRIEF, LOADED, STILL, TOUCH, ULPS, vector
 from xpheve_laws_collision.impact.rows import (
-    BOX,
-    CAPSULE,
     CENTRE,
     IMPACT,
     KIND,
@@ -36,12 +35,6 @@ from xpheve_laws_collision.impact.rows import (
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane
 from xpheve_laws_collision.impact_time.sphere_sphere import FAST, chord, sphere_sphere
 
-TOUCH = 1e-12  # as in `xpheve_laws_collision.narrow_phase`
-STILL = 1e-14
-BRIEF = 1e-20
-ULPS = 8.0 * 2.0**-52
-LOADED = 1e-13  # of the accelerations: less presses nothing together
-
 NEAR = 4e-6  # of the square of the distance: so near, the closed form says whether they touch
 SURE = 1e-13  # of its terms: a discriminant below minus this is negative
 
@@ -55,11 +48,6 @@ def moved(x: Vec, v: Vec, a: Vec, s: float) -> Vec:
 def sped(v: Vec, a: Vec, s: float) -> Vec:
     """How fast it is then."""
     return (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2])
-
-
-def vector(row: Any, at: int) -> Vec:
-    """Three numbers of a row."""
-    return (row[at], row[at + 1], row[at + 2])
 
 
 def sizes(a: Vec) -> float:
@@ -182,10 +170,8 @@ def hit(state: Any, i: int, shape: Any, row: int) -> tuple[float, int]:
     if kind == PLANE:
         return plane_hit(vector(shape, c + CENTRE), shape[c + SIZE], x, v, pull, radius)
     centre = vector(shape, c + CENTRE)
-    if kind == BOX:
-        return box_time(shape, c, x, v, pull, radius)
-    if kind == CAPSULE:
-        return capsule_time(shape, c, x, v, pull, radius)
+    if kind != SPHERE:
+        return solid_time(shape, c, x, v, pull, radius)
     zero = (0.0, 0.0, 0.0)
     d0 = (centre[0] - x[0], centre[1] - x[1], centre[2] - x[2])
     d1 = (0.0 - v[0], 0.0 - v[1], 0.0 - v[2])
@@ -214,6 +200,7 @@ def touch_of(shape: Any, row: int, x: Vec, radius: float) -> float:
     """The gap [m] to a fixed shape that counts as touching."""
     c = SCENERIES * row
     if int(shape[c + KIND]) == PLANE:
-        return TOUCH * radius + ULPS * (norm(x) + abs(shape[c + SIZE]))
-    size = shape[c + SIZE + 3] if int(shape[c + KIND]) != SPHERE else shape[c + SIZE]
+        level: float = shape[c + SIZE]
+        return TOUCH * radius + ULPS * (norm(x) + abs(level))
+    size: float = shape[c + SIZE + 3] if int(shape[c + KIND]) != SPHERE else shape[c + SIZE]
     return TOUCH * (radius + size) + ULPS * (norm(x) + norm(vector(shape, c + CENTRE)))

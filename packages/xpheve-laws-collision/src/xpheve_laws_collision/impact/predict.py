@@ -8,7 +8,8 @@ from typing import Any
 from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve_laws_collision.impact.cells import wait_to_leave
-from xpheve_laws_collision.impact.meetings import hit, meeting, vector
+from xpheve_laws_collision.impact.limits import vector
+from xpheve_laws_collision.impact.meetings import hit, meeting
 from xpheve_laws_collision.impact.rows import (
     BOX,
     CELL_AT,
@@ -85,7 +86,8 @@ def earlier(n: Any, i: int, j: int, high: float, low: float, best: tuple[float, 
     if high == math.inf:
         return False
     place = n[PLACE]
-    return place[PLACES * j + RANK] < place[PLACES * place[PLACES * i + PARTNER] + RANK]
+    lower: bool = place[PLACES * j + RANK] < place[PLACES * place[PLACES * i + PARTNER] + RANK]
+    return lower
 
 
 def look_around(f: Any, n: Any, i: int, way: int, but: int) -> int:
@@ -170,7 +172,7 @@ def look_at_scenery(f: Any, n: Any, i: int, but: int) -> int:
     wall = -1
     touching = 0
     for row in range(n[COUNTS][SCENES]):
-        if row != skip and masks[row] & mask:
+        if row != skip and masks[2 * row] & mask:
             n[COUNTS][PREDICTIONS] += 1
             span, found = hit(state, i, shapes, row)
             if found & TOUCHES and row != but:

@@ -1,7 +1,7 @@
 """Where the numbers of the event loop lie: buffers ``f[k]`` of floats and ``n[k]`` of integers, and what their rows hold."""
 
 # Buffers of floats
-CONTACT = 0  # what a law reads and answers: see `xpheve_laws_collision.impact.answer`
+CONTACT = 0  # what a law reads and answers: see `xpheve.kernels.response`
 STATE = 2  # a row a place: its flight
 EVENT = 3  # a row a place: what happens to it next
 COLD = 4  # a row a place: what only laws ask for
@@ -18,7 +18,7 @@ COUNTS = 2  # see below
 TREE = 3  # the tournament of the keys
 HEADS = 4  # the first place of each cell
 LISTS = 5  # places to be predicted, then places that have changed, then the answer to a question
-MASKS = 6  # of fixed shapes
+MASKS = 6  # of fixed shapes: bits of laws that answer, bits of those that listen
 LAWS = 7  # law of each of 64 bits, then a row a law
 
 # A row of f[STATE]; raw positions and velocities at the place's own clock
@@ -32,9 +32,9 @@ MEETS, SHIFT, HITS, LEAVES, LAST = 0, 2, 5, 7, 9
 """Instants of the next impact with a place (and the box lengths [m] to add to the partner), with scenery, of leaving the cell; of the last impact."""
 
 # A row of f[COLD]
-COLDS = 24
-SPIN, MASS, INERTIA, OWN = 0, 3, 4, 8
-MOST_COLUMNS = 16
+COLDS = 32
+SPIN, MASS, INERTIA, TURNING, TURN_TIME, OWN = 0, 3, 4, 8, 12, 16
+"""TURNING: the orientation at TURN_TIME."""
 
 # A row of f[SCENERY]
 SCENERIES = 24
@@ -45,7 +45,7 @@ SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 PLACES = 24
 MASK, STAMP, NEXT, BEFORE, HEARD, RANK, SKIP, WATCHED = 0, 1, 2, 3, 4, 5, 6, 7
 CELL, CELL_AT, WAY, PARTNER, SEEN, MEETS_HOW, WALL, HITS_HOW = 8, 9, 12, 13, 14, 15, 16, 17
-STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT = 18, 19, 20, 21, 22
+STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT, TURNED = 18, 19, 20, 21, 22, 23
 """CELL: which list the place is in; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""
 
 # f[SPACE]

@@ -6,40 +6,43 @@ import math
 from typing import Any
 
 from xpheve.kernels.clock import elapsed
-from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale
-from xpheve_laws_collision.impact.answer import (
-    ANSWER,
+from xpheve.kernels.flight import turn_uniformly
+from xpheve.kernels.quaternion import Quat
+from xpheve.kernels.response import (
     APPROACH,
+    ASK,
     BODY_A,
     BODY_B,
-    BODY_INERTIA,
-    BODY_INVERSE,
-    BODY_MASS,
-    BODY_OWN,
-    BODY_RADIUS,
-    BODY_SPIN,
-    BODY_TURN,
-    BODY_V,
-    BODY_X,
     IMPULSE,
+    INVERSE_MASS,
+    MOST_COLUMNS,
     NORMAL,
+    ORIENTATION,
     POINT,
-    REFUSED,
+    POSITION,
     SEPARATION,
     SPEED,
+    TIME_OFFSET,
     VALUES,
-    WHEN,
-    respond,
+    VELOCITY,
 )
+from xpheve.kernels.response import COLUMNS as OF_BODY
+from xpheve.kernels.response import INERTIA as MOMENTS
+from xpheve.kernels.response import KIND as ANSWER
+from xpheve.kernels.response import MASS as WEIGHT
+from xpheve.kernels.response import RADIUS as ROUND
+from xpheve.kernels.response import SPIN as SPINNING
+from xpheve.kernels.response import TIME as WHEN
+from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale
 from xpheve_laws_collision.impact.cells import begin_again
+from xpheve_laws_collision.impact.declared import respond, solid_gap
 from xpheve_laws_collision.impact.exchange import impulse, pushed, thrown_back, times
-from xpheve_laws_collision.impact.fixed import gap_to
-from xpheve_laws_collision.impact.meetings import BRIEF, STILL, ULPS, moved, sped, vector
+from xpheve_laws_collision.impact.limits import BRIEF, STILL, ULPS, put, vector
+from xpheve_laws_collision.impact.meetings import moved, sped
 from xpheve_laws_collision.impact.predict import foresee
 from xpheve_laws_collision.impact.rows import (
     ASKED,
     BITS,
-    BOX,
     BRANCH,
     BY_LAW,
     CAPSULE,
@@ -72,7 +75,6 @@ from xpheve_laws_collision.impact.rows import (
     MASK,
     MASKS,
     MASS,
-    MOST_COLUMNS,
     OFFSET,
     OWN,
     OWN_COLUMNS,
@@ -88,6 +90,7 @@ from xpheve_laws_collision.impact.rows import (
     SEEN_BY,
     SHIFT,
     SIZE,
+    SPHERE,
     SPIN,
     STAMP,
     STATE,
@@ -97,6 +100,9 @@ from xpheve_laws_collision.impact.rows import (
     STREAKED,
     TIME,
     TOUCHED,
+    TURN_TIME,
+    TURNED,
+    TURNING,
     WALL,
     WATCHED,
     WORK,
@@ -123,21 +129,14 @@ def state_at(f: Any, i: int, now: Instant) -> State:
     return (moved(vector(state, a + X), v, pull, s), sped(v, pull, s), pull)
 
 
-def put(row: Any, at: int, value: Vec) -> int:
-    """Write three numbers."""
-    row[at] = value[0]
-    row[at + 1] = value[1]
-    row[at + 2] = value[2]
-    return 0
-
-
 def law_of(n: Any, common: int) -> int:
     """The law of the lowest bit of a mask; -1 for none."""
     bit = 0
     while common & 1 == 0 and bit < BITS - 1:
         common >>= 1
         bit += 1
-    return n[LAWS][bit]
+    law: int = n[LAWS][bit]
+    return law
 
 
 def asked(n: Any, law: int, heard: int) -> int:
@@ -154,21 +153,33 @@ def asked(n: Any, law: int, heard: int) -> int:
     return 1
 
 
-def tell_place(f: Any, n: Any, at: int, i: int, x: Vec, v: Vec) -> int:
+def turn_now(f: Any, i: int, now: Instant) -> Quat:
+    """The orientation of place ``i``; a sphere turns evenly."""
+    cold = f[COLD]
+    c = COLDS * i
+    q = (cold[c + TURNING], cold[c + TURNING + 1], cold[c + TURNING + 2], cold[c + TURNING + 3])
+    s = elapsed(now, (cold[c + TURN_TIME], cold[c + TURN_TIME + 1]))
+    return turn_uniformly(q, vector(cold, c + SPIN), s)
+
+
+def tell_place(f: Any, n: Any, at: int, i: int, x: Vec, v: Vec, now: Instant) -> int:
     """Write place ``i`` into the contact, as body at ``at``."""
     contact = f[CONTACT]
     cold = f[COLD]
     c = COLDS * i
-    put(contact, at + BODY_X, x)
-    put(contact, at + BODY_V, v)
-    put(contact, at + BODY_SPIN, vector(cold, c + SPIN))
-    contact[at + BODY_TURN] = 1.0
-    contact[at + BODY_MASS] = cold[c + MASS]
-    contact[at + BODY_INVERSE] = f[STATE][STATES * i + INVERSE]
-    put(contact, at + BODY_INERTIA, vector(cold, c + INERTIA))
-    contact[at + BODY_RADIUS] = f[STATE][STATES * i + RADIUS]
+    put(contact, at + POSITION, x)
+    put(contact, at + VELOCITY, v)
+    put(contact, at + SPINNING, vector(cold, c + SPIN))
+    q = turn_now(f, i, now)
+    for k in range(4):
+        contact[at + ORIENTATION + k] = q[k]
+    contact[at + WEIGHT] = cold[c + MASS]
+    contact[at + INVERSE_MASS] = f[STATE][STATES * i + INVERSE]
+    put(contact, at + MOMENTS, vector(cold, c + INERTIA))
+    radius = f[STATE][STATES * i + RADIUS]
+    contact[at + ROUND] = radius if radius > 0.0 else math.nan
     for k in range(n[COUNTS][OWN_COLUMNS]):
-        contact[at + BODY_OWN + k] = cold[c + OWN + k]
+        contact[at + OF_BODY + k] = cold[c + OWN + k]
     return 0
 
 
@@ -178,30 +189,36 @@ def tell_scenery(f: Any, n: Any, at: int, row: int) -> int:
     shape = f[SCENERY]
     zero = (0.0, 0.0, 0.0)
     c = SCENERIES * row
-    put(contact, at + BODY_X, vector(shape, c + 1) if shape[c + KIND] != PLANE else zero)
-    put(contact, at + BODY_V, zero)
-    put(contact, at + BODY_SPIN, zero)
-    contact[at + BODY_TURN] = 1.0
-    contact[at + BODY_MASS] = math.inf
-    contact[at + BODY_INVERSE] = 0.0
-    put(contact, at + BODY_INERTIA, zero)
-    contact[at + BODY_RADIUS] = 0.0
+    kind = int(shape[c + KIND])
+    put(contact, at + POSITION, vector(shape, c + CENTRE) if kind != PLANE else zero)
+    put(contact, at + VELOCITY, zero)
+    put(contact, at + SPINNING, zero)
+    contact[at + ORIENTATION] = 1.0
+    contact[at + ORIENTATION + 1] = 0.0
+    contact[at + ORIENTATION + 2] = 0.0
+    contact[at + ORIENTATION + 3] = 0.0
+    contact[at + WEIGHT] = math.inf
+    contact[at + INVERSE_MASS] = 0.0
+    put(contact, at + MOMENTS, zero)
+    contact[at + ROUND] = shape[c + SIZE] if kind == SPHERE or kind == CAPSULE else math.nan
     for k in range(n[COUNTS][OWN_COLUMNS]):
-        contact[at + BODY_OWN + k] = f[COLUMNS][MOST_COLUMNS * row + k]
+        contact[at + OF_BODY + k] = f[COLUMNS][MOST_COLUMNS * row + k]
     return 0
 
 
-def answer(f: Any, n: Any, normal: Vec, point: Vec, approach: float, gap: float, now: float) -> int:
+def answer(f: Any, n: Any, normal: Vec, point: Vec, approach: float, gap: float, now: Instant) -> int:
     """Ask the law: the kind of its answer."""
     contact = f[CONTACT]
     put(contact, NORMAL, normal)
     put(contact, POINT, point)
     contact[APPROACH] = approach
     contact[SEPARATION] = gap
-    contact[WHEN] = now
-    contact[ANSWER] = REFUSED
+    contact[WHEN] = now[0]
+    contact[TIME_OFFSET] = now[1]
+    contact[ANSWER] = ASK
     respond(f, n)
-    return int(contact[ANSWER])
+    kind = int(contact[ANSWER])
+    return kind
 
 
 def keep_sum(f: Any, law: int, joules: float) -> int:
@@ -252,7 +269,7 @@ def streak_of(f: Any, n: Any, i: int, partner: int, now: Instant, alone: int) ->
     place = n[PLACE]
     p = PLACES * i
     e = EVENTS * i + LAST
-    count = place[p + STREAK]
+    count: int = place[p + STREAK]
     if not elapsed(now, (event[e], event[e + 1])) < CLOSE:
         count = 0
     return count if alone and place[p + STREAK_WITH] == partner else count + 1
@@ -286,6 +303,21 @@ def fly_on(f: Any, n: Any, i: int, x: Vec, v: Vec, now: Instant) -> int:
         n[LISTS][n[COUNTS][COUNT] + n[COUNTS][CHANGES]] = i
         n[COUNTS][CHANGES] += 1
     return 0
+
+
+def spin_on(f: Any, n: Any, at: int, i: int, spin: Vec, now: Instant) -> int:
+    """Give place ``i``, body at ``at`` of the contact, a new spin from ``now`` on."""
+    cold = f[COLD]
+    c = COLDS * i
+    if spin[0] == cold[c + SPIN] and spin[1] == cold[c + SPIN + 1] and spin[2] == cold[c + SPIN + 2]:
+        return 0
+    put(cold, c + SPIN, spin)
+    for k in range(4):
+        cold[c + TURNING + k] = f[CONTACT][at + ORIENTATION + k]
+    cold[c + TURN_TIME] = now[0]
+    cold[c + TURN_TIME + 1] = now[1]
+    n[PLACE][PLACES * i + TURNED] = 1
+    return 1
 
 
 def flight_of(f: Any, i: int) -> tuple[Vec, Vec, Instant, Vec]:
@@ -331,7 +363,16 @@ def too_short(restitution: float, parting: float, closing: float) -> bool:
 
 
 def changed(
-    contact: Any, kind: int, normal: Vec, approach: float, lever: float, va: Vec, vb: Vec, spin_a: Vec, spin_b: Vec
+    contact: Any,
+    kind: int,
+    normal: Vec,
+    approach: float,
+    lever_a: float,
+    lever_b: float,
+    va: Vec,
+    vb: Vec,
+    spin_a: Vec,
+    spin_b: Vec,
 ) -> tuple[int, Vec, Vec, Vec, Vec, float, float]:
     """What a law's answer makes of a pair.
 
@@ -341,8 +382,8 @@ def changed(
         Whether it could be used; both velocities and both spins; the coefficient of restitution (1 for answers of other kinds), and the
         work done [J].
     """
-    light_a = contact[BODY_A + BODY_INVERSE]
-    light_b = contact[BODY_B + BODY_INVERSE]
+    light_a = contact[BODY_A + INVERSE_MASS]
+    light_b = contact[BODY_B + INVERSE_MASS]
     if kind == SPEED:
         value = contact[VALUES]
         if not (value >= 0.0 and value < math.inf):
@@ -363,19 +404,17 @@ def changed(
         new_spin_a = spin_a
         new_spin_b = spin_b
         if light_a > 0.0:
-            arm = contact[BODY_A + BODY_RADIUS] + lever
-            new_spin_a = turned(spin_a, contact[BODY_A + BODY_INERTIA], scale(normal, arm), back)
+            new_spin_a = turned(spin_a, contact[BODY_A + MOMENTS], scale(normal, lever_a), back)
         if light_b > 0.0:
-            arm = 0.0 - contact[BODY_B + BODY_RADIUS] - lever
-            new_spin_b = turned(spin_b, contact[BODY_B + BODY_INERTIA], scale(normal, arm), given)
+            new_spin_b = turned(spin_b, contact[BODY_B + MOMENTS], scale(normal, 0.0 - lever_b), given)
     else:
         new_a = no_minus_zero(given) if light_a > 0.0 else va
         new_b = no_minus_zero(vector(contact, VALUES + 3)) if light_b > 0.0 else vb
         new_spin_a = spin_a
         new_spin_b = spin_b
-    joules = gained(contact[BODY_A + BODY_MASS], va, new_a) + gained(contact[BODY_B + BODY_MASS], vb, new_b)
-    joules += gained(contact[BODY_A + BODY_INERTIA], spin_a, new_spin_a)
-    joules += gained(contact[BODY_B + BODY_INERTIA], spin_b, new_spin_b)
+    joules = gained(contact[BODY_A + WEIGHT], va, new_a) + gained(contact[BODY_B + WEIGHT], vb, new_b)
+    joules += gained(contact[BODY_A + MOMENTS], spin_a, new_spin_a)
+    joules += gained(contact[BODY_B + MOMENTS], spin_b, new_spin_b)
     # Who takes an impact over has to part the pair: if not, Python says so
     apart = dot(normal, (new_b[0] - new_a[0], new_b[1] - new_a[1], new_b[2] - new_a[2]))
     fits = apart >= 0.0 - 1e-12 * approach and joules - joules == 0.0
@@ -420,15 +459,17 @@ def with_place(f: Any, n: Any, i: int, now: Instant) -> int:
         foresee(f, n, j, i, -1, now)
         return LIMITED
     gap = length - (state[STATES * i + RADIUS] + state[STATES * j + RADIUS])
-    tell_place(f, n, BODY_A, i, xa, va)
-    tell_place(f, n, BODY_B, j, add(xa, d), vb)
+    tell_place(f, n, BODY_A, i, xa, va, now)
+    tell_place(f, n, BODY_B, j, add(xa, d), vb, now)
     lever = state[STATES * i + RADIUS] + 0.5 * gap
-    kind = answer(f, n, normal, add(xa, scale(normal, lever)), approach, gap, now[0])
+    kind = answer(f, n, normal, add(xa, scale(normal, lever)), approach, gap, now)
+    if kind == ASK:
+        return BY_LAW
     cold = f[COLD]
     spin_a = vector(cold, COLDS * i + SPIN)
     spin_b = vector(cold, COLDS * j + SPIN)
     fits, new_a, new_b, spin_a, spin_b, restitution, joules = changed(
-        f[CONTACT], kind, normal, approach, 0.5 * gap, va, vb, spin_a, spin_b
+        f[CONTACT], kind, normal, approach, lever, length - lever, va, vb, spin_a, spin_b
     )
     if not fits or not finite(new_a) or not finite(new_b):
         return FAILED
@@ -449,8 +490,8 @@ def with_place(f: Any, n: Any, i: int, now: Instant) -> int:
         foresee(f, n, i, -1, -1, now)
         foresee(f, n, j, -1, -1, now)
         return TOUCHED
-    put(cold, COLDS * i + SPIN, spin_a)
-    put(cold, COLDS * j + SPIN, spin_b)
+    spin_on(f, n, BODY_A, i, spin_a, now)
+    spin_on(f, n, BODY_B, j, spin_b, now)
     if loses:
         note_streak(f, n, i, j, now, count_a)
         note_streak(f, n, j, i, now, count_b)
@@ -466,9 +507,8 @@ def stand(shape: Any, row: int, x: Vec, v: Vec, pull: Vec, radius: float) -> tup
         out = vector(shape, c + CENTRE)
         gap = dot(out, x) - shape[c + SIZE] - radius
         return (gap, (0.0 - out[0], 0.0 - out[1], 0.0 - out[2]), dot(out, pull))
-    if kind == BOX or kind == CAPSULE:
-        gap, normal = gap_to(shape, c, x, radius)
-        return (gap, normal, 0.0 - dot(normal, pull))
+    if kind != SPHERE:
+        return solid_gap(shape, c, x, v, pull, radius)
     centre = vector(shape, c + CENTRE)
     d = (centre[0] - x[0], centre[1] - x[1], centre[2] - x[2])
     length = norm(d)
@@ -483,9 +523,8 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
     place = n[PLACE]
     p = PLACES * i
     wall = place[p + WALL]
-    mask = n[MASKS][wall]
-    law = law_of(n, place[p + MASK] & mask)
-    if not asked(n, law, place[p + HEARD] & mask):
+    law = law_of(n, place[p + MASK] & n[MASKS][2 * wall])
+    if not asked(n, law, place[p + HEARD] & n[MASKS][2 * wall + 1]):
         return BY_LAW
     state = f[STATE]
     radius = state[STATES * i + RADIUS]
@@ -502,14 +541,16 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
         foresee(f, n, i, -1, wall, now)
         return LIMITED
     zero = (0.0, 0.0, 0.0)
-    tell_place(f, n, BODY_A, i, x, v)
+    tell_place(f, n, BODY_A, i, x, v, now)
     tell_scenery(f, n, BODY_B, wall)
-    kind = answer(f, n, normal, add(x, scale(normal, radius + 0.5 * gap)), approach, gap, now[0])
+    kind = answer(f, n, normal, add(x, scale(normal, radius + 0.5 * gap)), approach, gap, now)
     contact = f[CONTACT]
     spin = vector(f[COLD], COLDS * i + SPIN)
     restitution = 1.0
     joules = 0.0
     new = v
+    if kind == ASK:
+        return BY_LAW
     if kind == SPEED:
         value = contact[VALUES]
         if not (value >= 0.0 and value < math.inf):
@@ -517,10 +558,10 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
         restitution = value / approach
         new = thrown_back(normal, v, restitution)
         if restitution != 1.0:
-            joules = 0.5 * contact[BODY_A + BODY_MASS] * approach * approach * (restitution * restitution - 1.0)
+            joules = 0.5 * contact[BODY_A + WEIGHT] * approach * approach * (restitution * restitution - 1.0)
     else:
         fits, new, _, spin, _, restitution, joules = changed(
-            contact, kind, normal, approach, 0.5 * gap, v, zero, spin, zero
+            contact, kind, normal, approach, radius + 0.5 * gap, 0.0, v, zero, spin, zero
         )
         if not fits:
             return FAILED
@@ -538,7 +579,7 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
         put_back(f, n, i, was)
         foresee(f, n, i, -1, -1, now)
         return TOUCHED
-    put(f[COLD], COLDS * i + SPIN, spin)
+    spin_on(f, n, BODY_A, i, spin, now)
     if loses:
         note_streak(f, n, i, -1 - wall, now, count)
     parted(f, n, law, joules)
