@@ -20,6 +20,9 @@ ROOM = 1.0 + 1e-6
 PLACES_A_CELL = 0.7
 """How many there are to be at least, on average: finer cells cost more than they spare."""
 
+ASIDE = 0.381966
+"""By this part of a cell the lowest place is beside the first boundary: places on a lattice should not lie on boundaries."""
+
 
 class Grid(NamedTuple):
     """Cells: numbers along the axes, widths [m], origin [m] at ``time``, its velocity and acceleration; the diameter [m] they are made for."""
@@ -66,7 +69,7 @@ def grid_for(state: Floats, now: Instant, periodic: Sequence[float] | None, free
     ]
     if periodic is not None:
         widths = [e / n if shut else w for e, n, w, shut in zip(extents, sizes, widths, closed, strict=True)]
-    origin = [0.0 if shut else float(one) for one, shut in zip(low, closed, strict=True)]
+    origin = [0.0 if shut else float(one) - ASIDE * w for one, w, shut in zip(low, widths, closed, strict=True)]
     still = np.zeros(3)
     free = free and periodic is None
     return Grid(
