@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -54,12 +54,11 @@ class Plain(ResponseLaw):
     """What a newcomer writes."""
 
     id = "test:plain"
-    columns = {"bounce": Column(math.nan, ge=0, le=1)}
+    columns: ClassVar[dict[str, Column]] = {"bounce": Column(math.nan, ge=0, le=1)}
     limit = xp.Param(2.0, unit="m/s")
     soft = xp.Param(False)
     mode = xp.Param("slow", choices=("slow", "fast"))
     wind = xp.Param((1.0, -2.0, 0.5), unit="m/s")
-    least = xp.Param(None, unit="m/s", optional=True) if "optional" in xp.Param.__init__.__code__.co_varnames else None
 
     def respond(self, contact: Contact) -> float:
         v = contact.approach_speed
@@ -140,7 +139,7 @@ class Everything(ResponseLaw):
     """All that a contact and its bodies have."""
 
     id = "test:everything"
-    columns = {"heat": Column(300.0, unit="K", gt=0)}
+    columns: ClassVar[dict[str, Column]] = {"heat": Column(300.0, unit="K", gt=0)}
 
     def respond(self, contact: Contact) -> Velocities:
         a, b = contact.body_a, contact.body_b
@@ -224,6 +223,8 @@ def test_of_too_many_ways_the_rest_is_left_to_python() -> None:
 
 
 class Parent(ResponseLaw):
+    """Methods of all kinds."""
+
     id = "test:parent"
     e = xp.Param(0.5, unit="1")
 
@@ -240,6 +241,8 @@ class Parent(ResponseLaw):
 
 
 class Child(Parent):
+    """What calls its parent."""
+
     id = "test:child"
 
     def respond(self, contact: Contact) -> float:

@@ -7,7 +7,6 @@ the text answers `xpheve.kernels.response.ASK`, and the law itself says what hap
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -142,12 +141,14 @@ def _formula(law: ResponseLaw) -> tuple[Any, ...]:
         )
         for name, value in law.parameters.items()
     )
-    return type(law), values, frozenset(law.__dict__)
+    return type(law), values, frozenset(law.__dict__), bool(getattr(law, "pair_values", None))
 
 
 def _trace_or_why(law: ResponseLaw, columns: Sequence[str]) -> ResponseTrace | str:
     from xpheve.loop.response_check import difference
 
+    if getattr(law, "pair_values", None):
+        return f"{law.label()} has values for single pairs, which Python looks up"
     try:
         trace = trace_response(law, columns)
     except TraceError as error:
