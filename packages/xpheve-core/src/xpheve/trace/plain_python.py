@@ -204,7 +204,9 @@ class Doors:
             return True
         if isinstance(value, type):
             house = module.split(".")[0] in ("builtins", "numpy", "xpheve")
-            return house or issubclass(value, (BaseException, Enum))
+            frozen = getattr(value, "__dataclass_params__", None)
+            record = (issubclass(value, tuple) and hasattr(value, "_fields")) or (frozen is not None and frozen.frozen)
+            return house or record or issubclass(value, (BaseException, Enum))
         return callable(value) and (
             module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module)
         )
