@@ -71,7 +71,7 @@ def test_a_response_that_ships_answers_in_a_text_as_in_python(law: ResponseLaw) 
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(kind, id=kind.id, marks=[pytest.mark.slow] * (kind.id in LONG)) for kind in KINDS]
+    "kind", [pytest.param(kind, id=kind.id, marks=[pytest.mark.stress] * (kind.id in LONG)) for kind in KINDS]
 )
 def test_a_response_that_ships_answers_compiled_as_in_python(
     kind: type[ResponseLaw], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import xpheve as xp
 import xpheve_laws_collision as collision
@@ -495,3 +497,73 @@ def test_no_laws_are_a_text_too() -> None:
 def test_the_same_laws_give_the_same_text() -> None:
     laws = [collision.Elastic(), Plain(), Coulomb(), Rare()]
     assert Responses(laws).text == Responses(laws).text
+
+
+# Any law at all
+
+NUMBER_LEAVES = [
+    "contact.approach_speed",
+    "contact.separation",
+    "contact.normal[1]",
+    "contact.body_a.velocity[0]",
+    "contact.body_b.angular_velocity[2]",
+    "contact.body_b.mass",
+    "contact.body_a['own']",
+    "self.e",
+    "0.0",
+    "2",
+    "-0.75",
+]
+
+
+def _two(numbers: st.SearchStrategy[str]) -> st.SearchStrategy[tuple[str, str]]:
+    return st.tuples(numbers, numbers)
+
+
+def _larger(numbers: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    truths = st.one_of(
+        _two(numbers).flatmap(
+            lambda ab: st.sampled_from([f"{ab[0]} {sign} {ab[1]}" for sign in ("<", "<=", "==", "!=")])
+        ),
+        st.sampled_from(["contact.body_a.fixed", "math.isnan(contact.body_a['own'])"]),
+        _two(numbers).map(lambda ab: f"{ab[0]} < 1.0 and not {ab[1]} > 2.0"),
+    )
+    return st.one_of(
+        _two(numbers).flatmap(lambda ab: st.sampled_from([f"({ab[0]} {sign} {ab[1]})" for sign in "+-*/"])),
+        _two(numbers).flatmap(
+            lambda ab: st.sampled_from([f"{name}({ab[0]}, {ab[1]})" for name in ("min", "max", "chosen")])
+        ),
+        numbers.map(lambda a: f"math.sqrt({a})"),
+        numbers.map(lambda a: f"abs({a})"),
+        _two(numbers).map(lambda ab: f"sum([{ab[0]}, {ab[1]}, 0.5])"),
+        st.tuples(numbers, truths, numbers).map(lambda abc: f"({abc[0]} if {abc[1]} else {abc[2]})"),
+        st.tuples(truths, numbers, numbers).map(lambda abc: f"xp.where({abc[0]}, {abc[1]}, {abc[2]})"),
+    )
+
+
+def chosen(a: Any, b: Any) -> Any:
+    """A function of somebody's own, with decisions."""
+    if a > b:
+        return a - b
+    return 0.5 * (a + b) if a > 0.0 else b
+
+
+@settings(max_examples=40)
+@given(st.lists(st.recursive(st.sampled_from(NUMBER_LEAVES), _larger, max_leaves=12), min_size=1, max_size=3))
+def test_whatever_somebody_writes_it_answers_as_in_python_or_asks(parts: list[str]) -> None:
+    lines = [f"        if {part} > 0.3:\n            return {part}" for part in parts[1:]]
+    text = "\n".join(["def respond(self, contact):", *lines, f"        return abs({parts[0]})"]).replace(
+        "        ", "    ", 1
+    )
+    text = text.replace("\n        ", "\n    ")
+    space: dict[str, Any] = {"math": math, "xp": xp, "chosen": chosen, "__name__": __name__}
+    exec(text, space)
+    law = _law(space["respond"], e=xp.Param(0.6, unit="1"), columns={"own": Column(math.nan)})
+    with np.errstate(all="ignore"):
+        fused = Fused(law)
+        if fused.responses.why(law):
+            assert "raised" in fused.responses.why(law)  # whatever is given, Python refuses
+            return
+        for contact in contacts(law, fused.responses.columns, 25, seed=5):
+            expected, found = python_answer(law, contact), fused.ask(contact)
+            assert found[0] == layout.ASK or same(expected, found), text

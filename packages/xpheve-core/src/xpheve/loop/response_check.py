@@ -33,7 +33,7 @@ class SampleObject(PhysicalObject):
     values: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
-        return self.values[name]
+        return self.values.get(name, 0.5)  # what is read to no effect is in no row
 
 
 def difference(law: ResponseLaw, trace: ResponseTrace) -> str:
@@ -162,7 +162,7 @@ def _object(law: ResponseLaw, columns: Sequence[str], rng: np.random.Generator, 
         fixed=fixed,
         **motion,
     )
-    found.values = {name: _column(law, name, rng) for name in columns}
+    found.values = {name: _column(law, name, rng) for name in sorted({*columns, *law.columns})}
     return found
 
 
