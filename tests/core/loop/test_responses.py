@@ -184,6 +184,17 @@ def test_a_speed_that_is_none_is_left_to_python(answer: float) -> None:
     assert agree(Wrong(), asks=60).ask(next(contacts(Wrong(), (), 1)))[0] == layout.ASK
 
 
+def test_a_mass_that_is_not_known_is_asked_for() -> None:
+    def respond(self: Any, contact: Contact) -> float:
+        return contact.approach_speed / (1.0 + 1.0 / contact.body_b.mass)
+
+    fused = Fused(_law(respond))
+    scratch = scratch_of(next(contacts(fused.responses.laws[0], (), 1)), ())
+    for mass, kind in ((2.0, layout.SPEED), (math.inf, layout.ASK), (math.nan, layout.ASK)):
+        scratch[layout.BODY_B + layout.MASS] = mass
+        assert fused.run([scratch, fused.table], [np.zeros(3, dtype=np.int64)]) == kind
+
+
 class Rare(ResponseLaw):
     """A formula but for rare cases."""
 
@@ -511,7 +522,7 @@ NUMBER_LEAVES = [
     "contact.body_a['own']",
     "self.e",
     "0.0",
-    "2",
+    "2.0",
     "-0.75",
 ]
 
