@@ -97,6 +97,23 @@ def test_a_changed_parameter_is_a_changed_number_and_no_other_text() -> None:
         assert same(python_answer(law, contact), fused.ask(contact))
 
 
+def test_a_changed_choice_is_another_text() -> None:
+    law = Plain()
+    responses = Responses([law])
+    law.set_parameter("limit", 0.25)
+    assert responses.current
+    law.set_parameter("mode", "fast")
+    assert not responses.current
+
+
+def test_values_for_pairs_are_looked_up_in_python() -> None:
+    law = collision.Elastic()
+    responses = Responses([law])
+    law.put_pairs({frozenset(): {"restitution": 0.5}})
+    assert not responses.current
+    assert "single pairs" in Responses([law]).why(law)
+
+
 class Coulomb(ResponseLaw):
     """Impulse with friction, written without any vector class."""
 
