@@ -122,10 +122,14 @@ class Prediction(Standing):
         mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
+        horizon = elapsed(end, start)
+        if standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
+            wait = family.apart_for(mover_one, mover_two)
+            if wait > 0.0:
+                return self._queue(pair, start, wait, self._nearer) if math.inf > wait <= horizon else NEVER
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
-        horizon = elapsed(end, start)
         if standing is not None and self._late_laws(pair, standing):
             span, act = 0.0, self._tell_late
         elif pair in self.collapsing or self._is_support(pair):
@@ -140,8 +144,12 @@ class Prediction(Standing):
                 after = family.gap(mover_one, mover_two)
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
-        if span == math.inf:
-            return NEVER
+        return NEVER if span == math.inf else self._queue(pair, start, span, act)
+
+    def _queue(self, pair: Pair, start: Instant, span: float, act: Any) -> Instant:
+        """Queue what happens to ``pair`` next, ``span`` [s] after ``start``; returns when."""
+        world = self.world
+        a, b = pair
         at: Instant = max(later(start, span), world.time)
         guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
         held = self.queued.get(pair)
@@ -176,10 +184,6 @@ class Prediction(Standing):
             return 0.0, self._meet
         if touching and self._hops(pair, gap):
             return -2.0 * gap.speed / gap.acceleration, self._impact
-        if pair is not self.near and not (touching or sunk):
-            wait = family.apart_for(one, two)
-            if wait > 0.0:
-                return (wait, self._nearer) if wait <= horizon else (math.inf, self._impact)
         return self._search(family, one, two, gap, horizon)
 
     def _nearer(self, entries: list[Entry]) -> None:
