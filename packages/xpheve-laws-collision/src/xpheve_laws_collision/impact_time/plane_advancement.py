@@ -24,7 +24,7 @@ class PlaneSearch:
 
     def __init__(self, path: Path, plane: Mover, corners: Sequence[Vec], radius: float, reach: float, up: Vec) -> None:
         self.path, self.plane, self.corners, self.radius, self.reach, self.up = path, plane, corners, radius, reach, up
-        self.offset = plane.shape.offset
+        self.offset = float(plane.shape.offset)
         self.lift = dot(up, sub(path.start.acceleration, plane.acceleration))
         """Second rate [m/s^2] of the centre's height."""
 

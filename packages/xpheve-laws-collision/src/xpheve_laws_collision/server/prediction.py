@@ -12,6 +12,7 @@ from xpheve.errors import ContactError
 from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
+from xpheve.steppers.contract import Rows
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
@@ -32,7 +33,14 @@ class Prediction(Standing):
         for obj in objects:
             self._refuse_turning(obj)
             self._recheck_standing(obj)
-        broad.gather(self._heard_laws, rows)
+        broad.gather(self._asking_laws, rows)
+        flying = [obj for obj in objects if self.fleet.flies(obj)]
+        if flying:
+            self.fleet.stale(flying)
+            self._predict_standing(set(flying))
+            objects = [obj for obj in objects if not self.fleet.flies(obj)]
+            if not objects:
+                return
         if broad.moving < MANY:
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
@@ -44,6 +52,15 @@ class Prediction(Standing):
         for obj in objects:
             self._predict_all(obj, done)
             done.add(obj)
+
+    def flown(self, rows: Sequence[int] | Rows) -> None:
+        """Flights that the loop has changed: what stands is asked again, and what the loop has left to the server is queued."""
+        if self.touching or self.inside or self.supports or self.held:
+            objects = [self.world.bodies.objects[int(row)] for row in rows]
+            for obj in objects:
+                self._recheck_standing(obj)
+            self._predict_standing(set(objects))
+        self.fleet.schedule()
 
     def _predict_standing(self, objects: set[PhysicalObject]) -> None:
         """Pairs in contact are asked wherever their bodies have got to."""
@@ -78,30 +95,46 @@ class Prediction(Standing):
             self._predict(self._pair(objects[row], broad.planes[number]))
 
     def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
-        """Predict the pairs of ``obj`` but for those with ``done``."""
-        broad = self.broad_phase
-        laws = self._heard_laws(obj)
+        """Predict the pairs of ``obj`` but for those with ``done``: those that it may meet until the first of them is due.
+
+        If it flies on from there as it did, the others are asked then.
+        """
+        world, broad = self.world, self.broad_phase
+        laws = self._asking_laws(obj)
         if not laws or obj.rank < 0:
             return
-        first = self.swept
-        mapping = self.world.mapping
-        if not obj.fixed:
-            for other in broad.planes:
-                if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
-                    first = min(first, self._predict(self._pair(obj, other)))
-        objects = self.world.bodies.objects
-        if obj in broad.planes:
-            near = [row for row in broad.rows.tolist() if not objects[row].fixed]
-        else:
-            end = min(first, self.world.flight(obj._row).t1)
-            near = broad.near(obj._row, max(elapsed(end, self.world.bodies.clock_of(obj._row)), 0.0)).tolist()
-        for row in near:
+        objects, mapping = world.bodies.objects, world.mapping
+        unbounded = obj in broad.planes
+        if obj.fixed or unbounded:
+            near = broad.rows if unbounded else broad.near(obj._row, math.inf)
+            for row in near.tolist():
+                other = objects[row]
+                if not other.fixed and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                    self._predict(self._pair(obj, other))
+            return
+        clock = world.bodies.clock_of(obj._row)
+        whole = min(self.swept, world.flight(obj._row).t1)
+        first = whole
+        for earliest, other in broad.scenery.ahead(obj, max(elapsed(whole, clock), 0.0)):
+            if earliest > 0.0 and later(clock, earliest) > first:
+                break
+            if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                due = self._predict(self._pair(obj, other))
+                first = min(first, due) if due > world.time else first
+        for row in broad.near(obj._row, max(elapsed(first, clock), 0.0), fixed=False).tolist():
             other = objects[row]
             if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
                 self._predict(self._pair(obj, other))
+        if first < whole:
+            world.schedule(first, AFTER, (obj.rank,), self._look_on, ((obj, int(world.bodies.version[obj._row])),))
 
-    def _predict(self, pair: Pair) -> Instant:
-        """Queue the next event of ``pair``; returns when it is."""
+    def _look_on(self, entries: list[Entry]) -> None:
+        """Objects that fly on after the first of what was predicted for them: what they meet next."""
+        for entry in entries:
+            self._predict_all(entry.guards[0][0], set())
+
+    def _predict(self, pair: Pair, resting: bool = False) -> Instant:
+        """Queue the next event of ``pair``; returns when it is. Of those that fly only what stands, or seems to be ``resting``, is asked."""
         world = self.world
         a, b = pair
         since = self._interest(pair)
@@ -125,8 +158,10 @@ class Prediction(Standing):
         horizon = elapsed(end, start)
         if standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
             wait = family.apart_for(mover_one, mover_two)
-            if wait > 0.0:
-                return self._queue(pair, start, wait, self._nearer) if math.inf > wait <= horizon else NEVER
+            if not wait <= horizon or wait == math.inf:
+                return NEVER
+            if later(start, wait) > world.time:
+                return self._queue(pair, start, wait, self._nearer)
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
@@ -144,7 +179,9 @@ class Prediction(Standing):
                 after = family.gap(mover_one, mover_two)
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
-        return NEVER if span == math.inf else self._queue(pair, start, span, act)
+        if span == math.inf or (act == self._impact and self.fleet.flies(pair[0]) and self.fleet.flies(pair[1])):
+            return NEVER  # impacts of those that fly are found by the loop
+        return self._queue(pair, start, span, act)
 
     def _queue(self, pair: Pair, start: Instant, span: float, act: Any) -> Instant:
         """Queue what happens to ``pair`` next, ``span`` [s] after ``start``; returns when."""
@@ -223,7 +260,10 @@ class Prediction(Standing):
     def _impact(self, entries: list[Entry]) -> None:
         """All impacts of one instant, in generations."""
         self._keep()
-        pairs = {pair_of(entry, self): None for entry in entries}
+        self._answer_impacts({pair_of(entry, self): None for entry in entries})
+
+    def _answer_impacts(self, pairs: dict[Pair, None]) -> None:
+        """Answer ``pairs`` that are due now."""
         self._count_repeated(pairs)
         passing = [pair for pair in pairs if not self._answered(pair)]
         if passing:
