@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from xpheve.kernels.clock import Instant
 from xpheve.laws.response import ALL_GROUPS
-from xpheve_laws_collision.scenery import SLACK, Scenery, extremes, plane_facts
+from xpheve_laws_collision.what_is_ahead import SLACK, WhatIsAhead, extremes, plane_facts
 
 Rows = NDArray[np.int64]
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ class BroadPhase:
         self.world = world
         self._structure = -1
         self._change = -1
-        self.scenery = Scenery(self)
+        self.fixed = WhatIsAhead(self)
         self._numbers: dict[Any, int] = {}
         self._stale = True
         self._rows: Rows = np.zeros(0, dtype=np.int64)

@@ -115,7 +115,7 @@ class Prediction(Standing):
         clock = world.bodies.clock_of(obj._row)
         whole = min(self.swept, world.flight(obj._row).t1)
         first = whole
-        for earliest, other in broad.scenery.ahead(obj, max(elapsed(whole, clock), 0.0)):
+        for earliest, other in broad.fixed.ahead(obj, max(elapsed(whole, clock), 0.0)):
             if earliest > 0.0 and later(clock, earliest) > first:
                 break
             if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):

@@ -25,7 +25,7 @@ SLACK = 1e-9  # of all lengths at hand: far above the rounding of the filter, fa
 FEW = 12  # fewer are all asked
 
 
-class Scenery:
+class WhatIsAhead:
     """The fixed bodies of a broad phase."""
 
     def __init__(self, broad: BroadPhase) -> None:
