@@ -226,6 +226,7 @@ def entry(f, n):
 """
 
 
+@pytest.mark.slow
 def test_they_have_the_same_bits_interpreted_and_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XPHEVE_CACHE_DIR", str(tmp_path))
     folder = Path(next(iter(files.__path__)))
