@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,9 +19,14 @@ from xpheve.observers import Observer, Probe
 from xpheve.plan import scenery
 from xpheve.realtime.doors import door
 
+if TYPE_CHECKING:
+    from xpheve.queries import Queries
+
 
 class Hosting(Looking):
     """The part of `PhysicsEngine` that laws know: `xpheve.laws.law.LawHost`."""
+
+    _queries: Queries | None
 
     @contextlib.contextmanager
     def acting(self, law: PhysicalLaw) -> Iterator[None]:
@@ -101,16 +106,35 @@ class Hosting(Looking):
         """Take up the contact server of the pack that offers one."""
         if self._world.contacts is not None:
             return
-        servers = self.registry.contact_servers()
-        if not servers:
-            with contextlib.suppress(UnknownLawError):
-                self.registry.find("contact_server", "collision:exact_server")
-            servers = self.registry.contact_servers()
+        servers = self._contact_servers()
         if not servers:
             raise UnknownLawError("no pack at hand finds contacts: pip install xpheve-laws-collision")
         server = servers[min(servers)]()
         server.attach(self._world)
         self._world.contacts = server
+
+    def _contact_servers(self) -> dict[str, Any]:
+        """The contact servers of packs at hand, by id; that of our own pack, if it is there and no other one is loaded."""
+        servers = self.registry.contact_servers()
+        if not servers:
+            with contextlib.suppress(UnknownLawError):
+                self.registry.find("contact_server", "collision:exact_server")
+            servers = self.registry.contact_servers()
+        return servers
+
+    @property
+    def queries(self) -> Queries:
+        """Rays, nearest points, overlaps and sweeps among the objects as they stand now: `xpheve.queries.Queries`.
+
+        Raises `UnknownLawError` if no pack answers them.
+        """
+        if self._queries is None:
+            servers = self._contact_servers()
+            found = (servers[ident].queries(self) for ident in sorted(servers))
+            self._queries = next((one for one in found if one is not None), None)
+        if self._queries is None:
+            raise UnknownLawError("no pack at hand answers queries: pip install xpheve-laws-collision")
+        return self._queries
 
     def random_stream(self, law: PhysicalLaw) -> np.random.Generator:
         """The random numbers of ``law``: seeded by the scene's seed and the law's rank."""

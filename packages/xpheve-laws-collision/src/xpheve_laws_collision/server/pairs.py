@@ -82,6 +82,8 @@ class Pairs(ContactServer):
         """The last entry of each pair, so that none is queued twice."""
         self.swept: Instant = NEVER
         """Until when pairs have been looked for, in scenes of many bodies."""
+        self.near: Pair | None = None
+        """The pair that is being asked for its impact, and not only for when it may be near."""
         self.impacts = 0
         self.generations = 0
         self.predictions = 0
