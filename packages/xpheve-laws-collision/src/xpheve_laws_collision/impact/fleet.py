@@ -51,6 +51,7 @@ class Fleet:
         self.pending: Special | None = None
         self.impacts = self.predictions = self.specials = 0
         self.compiled = False
+        self.responses: Any = None
         self._seen: Any = None
         self._laws: list[Any] = []
         self._bits: dict[Any, int] = {}
@@ -164,12 +165,15 @@ class Fleet:
             {obj: None for law in laws for obj in world.mapping.objects(law) if obj.fixed and obj.rank >= 0}
         )
         rows = [obj._row for obj in self.scenery]
+        self.responses = Responses(self._laws)
         return ImpactLoop(
             state.count,
             scenery_rows([self.server._shape(obj) for obj in self.scenery], bodies, rows),
             np.array([self._mask(obj, True) for obj in self.scenery], dtype=np.int64),
-            Responses(self._laws),
+            self.responses,
             [numbers.get(law, -1) for law in laws],
+            scenery_heard=np.array([self._mask(obj, False) for obj in self.scenery], dtype=np.int64),
+            scenery_columns={name: bodies.columns[name][rows] for name in self.responses.columns},
             periodic=getattr(world, "periodic", None),
             compiled=self.compiled,
         )
@@ -208,6 +212,8 @@ class Fleet:
             heard=found[1],
             rank=np.array([obj.rank for obj in objects], dtype=np.int64),
             columns={name: bodies.columns[name][rows] for name in loop.columns},
+            orientation=arrays["orientation"][:, rows],
+            turn_clock=bodies.turn_clock[:, rows],
         )
         for place, obj in zip(places, objects, strict=True):
             loop.set_skip(place, self._support_of(obj))
@@ -342,6 +348,7 @@ class Fleet:
             "impacts": self.impacts,
             "predictions": self.predictions,
             "left to the server": self.specials,
+            "in Python": {law.label(): why for law in self._laws if moving and (why := self.responses.why(law))},
             "not there": {law.label(): why for law, why in self.members.why.items()},
         }
 
