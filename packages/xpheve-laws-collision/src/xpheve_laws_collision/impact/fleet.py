@@ -67,8 +67,8 @@ class Fleet:
     def plan(self) -> None:
         """Decide anew who flies, if the scene is another one."""
         world = self.world
-        seen = (world.structure, world._next_serial, world.bodies.count, world.wish)
-        if seen == self._seen and not world.unplanned:
+        seen = (world.structure, world._next_serial, world.bodies.count, world.wish, world.ranks.epoch)
+        if seen == self._seen:
             return
         restructured = self._seen is None or seen[0] != self._seen[0]
         self._seen = seen
@@ -96,6 +96,8 @@ class Fleet:
         """Flights, columns or surroundings of ``objects`` are new."""
         for obj in objects:
             number = int(self.world.bodies.batch[obj._row])
+            if not self.members.fits(self.world, obj):
+                self._seen = None
             if obj.fixed:
                 self.forget_scenery()
             elif number >= 0 and self.world.batches[number].stepper.impacts:
@@ -351,6 +353,22 @@ class Fleet:
             "in Python": {law.label(): why for law in self._laws if moving and (why := self.responses.why(law))},
             "not there": {law.label(): why for law, why in self.members.why.items()},
         }
+
+    def told(self) -> list[str]:
+        """The report in words."""
+        found = self.report()
+        words = []
+        if found["moving"]:
+            words.append(
+                f"impact loop: {found['moving']} bodies among {found['scenery']} fixed shapes, {found['tier']}: {found['impacts']} impacts, "
+                f"{found['left to the server']} instants left to the server"
+            )
+        words += [
+            f"impact loop: {law} is asked in Python, one impact at a time: {why}"
+            for law, why in found["in Python"].items()
+        ]
+        words += [f"pair by pair: {law}: {why}" for law, why in found["not there"].items()]
+        return words
 
 
 __all__ = ["Fleet", "ImpactStepper"]

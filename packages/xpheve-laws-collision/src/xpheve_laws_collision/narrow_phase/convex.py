@@ -85,7 +85,9 @@ class Convex:
             return 0.0
         else:
             outward, offset = rotate(b.orientation, b.shape.normal), b.shape.offset
-        return balls_apart(a, b, a.shape.reach if a.shape.kind != "sphere" else a.shape.radius, reach_b, outward, offset)
+        return balls_apart(
+            a, b, a.shape.reach if a.shape.kind != "sphere" else a.shape.radius, reach_b, outward, offset
+        )
 
 
 class ConvexPlane(Convex):
