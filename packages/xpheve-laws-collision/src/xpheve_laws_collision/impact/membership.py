@@ -7,6 +7,7 @@ from typing import Any
 
 from xpheve.kernels.vector import Vec
 from xpheve.laws import ResponseLaw
+from xpheve.laws.response import FILTER
 from xpheve.objects import PhysicalObject
 
 SCENERY = ("sphere", "plane", "box", "capsule")
@@ -76,6 +77,9 @@ def _why_not(world: Any, laws: list[Any]) -> str:
         return "nobody answers its contacts"
     if len(laws) > MOST_LAWS:
         return f"{len(laws)} laws of contacts belong together; the loop knows {MOST_LAWS}"
+    for law in answering:
+        if law.pair_values:
+            return f"{law.label()} has values for single pairs"
     moving = 0
     objects = {obj: None for law in laws for obj in world.mapping.objects(law)}
     along: dict[tuple[Any, ...], bool] = {}
@@ -97,6 +101,8 @@ def _why_not(world: Any, laws: list[Any]) -> str:
 
 
 def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...], bool]) -> str:
+    if any(obj._columns.get(name, usual.default) != usual.default for name, usual in FILTER.items()):
+        return "is in a collision group of its own"
     kind = "sphere" if obj.shape is None else obj.shape.kind
     if obj.fixed:
         return "" if kind in SCENERY else f"is a fixed {kind}"
