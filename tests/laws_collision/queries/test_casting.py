@@ -9,14 +9,23 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.laws_collision.queries.query_scenes import (
+    BOUNDED,
+    SHAPES,
+    SOLID,
+    directions,
+    few,
+    moved,
+    quaternions,
+    scene,
+    vectors,
+)
 
 import xpheve as xp
 from xpheve.errors import ContactError
 from xpheve.kernels.quaternion import rotate, rotate_inverse
 from xpheve_laws_collision.queries.casting import _ahead
 from xpheve_laws_collision.rays import crossing
-
-from tests.laws_collision.queries.query_scenes import BOUNDED, SHAPES, SOLID, directions, moved, quaternions, scene, vectors
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
@@ -60,6 +69,7 @@ def test_a_ray_that_begins_inside_hits_where_it_begins(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["sphere", "box", "capsule", "plane", "mesh"])
+@few
 @given(direction=directions)
 def test_a_ray_that_leaves_a_surface_does_not_hit_it_again(kind: str, direction: Any) -> None:
     engine, _ = scene((SHAPES[kind], (3, 0, 0), UPRIGHT))
@@ -70,6 +80,7 @@ def test_a_ray_that_leaves_a_surface_does_not_hit_it_again(kind: str, direction:
 
 
 @pytest.mark.parametrize("kind", BOUNDED)
+@few
 @given(origin=vectors, direction=directions, q=quaternions)
 def test_no_point_before_the_hit_is_inside_and_the_hit_is_on_the_surface(
     kind: str, origin: Any, direction: Any, q: Any
@@ -90,6 +101,7 @@ def test_no_point_before_the_hit_is_inside_and_the_hit_is_on_the_surface(
 
 
 @pytest.mark.parametrize("kind", SOLID)
+@few
 @given(offset=vectors, direction=directions, q=quaternions)
 def test_from_either_side_a_line_is_cut_to_the_same_chord(kind: str, offset: Any, direction: Any, q: Any) -> None:
     shape = SHAPES[kind]
@@ -109,6 +121,7 @@ def test_from_either_side_a_line_is_cut_to_the_same_chord(kind: str, offset: Any
 
 
 @pytest.mark.parametrize("kind", sorted(SHAPES))
+@few
 @given(origin=vectors, direction=directions, q=quaternions, shift=vectors, turn=quaternions)
 def test_turning_and_shifting_the_world_turns_and_shifts_the_hit(
     kind: str, origin: Any, direction: Any, q: Any, shift: Any, turn: Any
@@ -131,6 +144,7 @@ def test_turning_and_shifting_the_world_turns_and_shifts_the_hit(
 
 
 @pytest.mark.parametrize("kind", ["sphere", "box", "capsule"])
+@few
 @given(origin=vectors, direction=directions, q=quaternions)
 def test_closed_forms_in_arrays_and_one_by_one_agree(kind: str, origin: Any, direction: Any, q: Any) -> None:
     engine, _ = scene((SHAPES[kind], (0, 0, 0), q))
@@ -140,7 +154,7 @@ def test_closed_forms_in_arrays_and_one_by_one_agree(kind: str, origin: Any, dir
     alone = _ahead(SHAPES[kind], rotate_inverse(q, start), rotate_inverse(q, along), q, 1e-12)
     if hit is None or alone is None:
         # What grazes may go by in one of them.
-        assert hit is None and alone is None or (hit and hit.distance or alone and alone[0] or 0.0) > 0.0
+        assert (hit is None and alone is None) or ((hit and hit.distance) or (alone and alone[0]) or 0.0) > 0.0
     else:
         assert hit.distance == pytest.approx(alone[0], abs=1e-7)
 
@@ -172,6 +186,7 @@ def test_an_object_of_an_unknown_shape_is_named() -> None:
     assert engine.queries.ray_cast((-5, 3, 0), (1, 0, 0)) is None
 
 
+@few
 @given(st.integers(0, 1000))
 def test_a_mesh_is_met_at_the_first_triangle_ahead_from_either_side(seed: int) -> None:
     rng = np.random.default_rng(seed)
