@@ -66,7 +66,7 @@ class PhysicsEngine(Running, Handles, Objects):
             raise InvalidValueError(f"seed = {seed!r}: a whole number from 0 up is needed")
         box = None
         if periodic is not None:
-            from xpheve.plan.periodic import periods
+            from xpheve.periodic import periods
 
             box = periods(periodic)
         self._registry = registry
@@ -81,7 +81,7 @@ class PhysicsEngine(Running, Handles, Objects):
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers, box))
         self._world.wish_compiled(compile)
-        self._world.wish_stepper(stepper)
+        self._wish_stepper(stepper)
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 

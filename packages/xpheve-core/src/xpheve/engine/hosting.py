@@ -14,6 +14,7 @@ from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve.laws import Contact, Event, FieldLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
+from xpheve.objects import PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.plan import scenery
 from xpheve.realtime.doors import door
@@ -45,6 +46,11 @@ class Hosting(Looking):
     def set_parameter(self, law: PhysicalLaw, name: str, value: Any) -> None:
         """Set a parameter of ``law``, checked: `PhysicalLaw.set_parameter`."""
         law.put_parameter(name, value)
+
+    @door()
+    def set_pairs(self, law: ResponseLaw, pairs: dict[frozenset[PhysicalObject], dict[str, Any]]) -> None:
+        """Set what parameters of ``law`` are for pairs of objects, checked: `ResponseLaw.set_pair`."""
+        law.put_pairs(pairs)
 
     @door(waits=True)
     def set_enabled(self, law: PhysicalLaw, value: bool) -> None:
@@ -204,6 +210,8 @@ def _put_law(law: PhysicalLaw, what: str, value: Any) -> None:
     """Set a parameter, or ``enabled``, without telling the engine."""
     if what == "enabled":
         law._enabled = value
+    elif what == "_pairs":
+        law._pairs = value
     else:
         law.parameters[what] = value
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from threading import get_ident
 from typing import Any
@@ -72,6 +73,13 @@ class Looking(Control):
 
     @stepper.setter
     def stepper(self, wish: str) -> None:
+        self._wish_stepper(wish)
+
+    def _wish_stepper(self, wish: str) -> None:
+        """Ask for stepper ``wish``, whose pack is loaded if it is a pack's."""
+        if isinstance(wish, str) and ":" in wish and not wish.startswith("core:"):
+            with contextlib.suppress(UnknownLawError):
+                self.registry.find("stepper", wish)
         self._world.wish_stepper(wish)
 
     @property
