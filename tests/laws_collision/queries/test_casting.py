@@ -130,13 +130,12 @@ def test_turning_and_shifting_the_world_turns_and_shifts_the_hit(
     one, _ = scene((SHAPES[kind], (0.1, 0.2, 0.3), q))
     other, _ = scene((SHAPES[kind], *moved((0.1, 0.2, 0.3), q, shift, turn)))
     # Rays a little beside the given one: whoever grazes may be moved past an edge by rounding.
-    beside = [one.queries.ray_cast(np.add(start, d).tolist(), direction) for d in 1e-7 * np.eye(3)]
-    hit = one.queries.ray_cast(start, direction)
+    beside = [one.queries.ray_cast(np.add(start, d).tolist(), direction, 1e3) for d in 1e-7 * np.eye(3)]
+    hit = one.queries.ray_cast(start, direction, 1e3)
     assume(all((near is None) == (hit is None) for near in beside))
     if hit is not None:
-        assume(hit.distance < 1e6)
         assume(all(near is not None and abs(near.distance - hit.distance) < 1e-4 for near in beside))
-    there = other.queries.ray_cast(moved(start, q, shift, turn)[0], rotate(turn, direction))
+    there = other.queries.ray_cast(moved(start, q, shift, turn)[0], rotate(turn, direction), 1e3)
     assert (there is None) == (hit is None)
     if hit is not None and there is not None:
         assert there.distance == pytest.approx(hit.distance, abs=1e-9)
