@@ -186,6 +186,18 @@ def test_an_object_of_an_unknown_shape_is_named() -> None:
 
 
 @few
+@given(quaternions)
+def test_no_ray_slips_through_the_seam_of_two_triangles(q: Any) -> None:
+    mesh = SHAPES["mesh"]
+    engine, _ = scene((mesh, (0, 0, 0), q))
+    for a, b, c in mesh.faces:
+        for one, two in ((a, b), (b, c), (c, a)):
+            there = rotate(q, tuple((0.3 * mesh.vertices[one] + 0.7 * mesh.vertices[two]).tolist()))
+            hit = engine.queries.ray_cast((0, 0, 0), there)
+            assert hit is not None and hit.point == pytest.approx(there, abs=1e-9)
+
+
+@few
 @given(st.integers(0, 1000))
 def test_a_mesh_is_met_at_the_first_triangle_ahead_from_either_side(seed: int) -> None:
     rng = np.random.default_rng(seed)

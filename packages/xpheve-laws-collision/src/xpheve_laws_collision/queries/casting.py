@@ -16,9 +16,11 @@ from xpheve.errors import ContactError
 from xpheve.kernels.quaternion import Quat, multiply, rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, cross, dot, norm, scale, sub
 from xpheve_laws_collision.queries.places import BOX, CAPSULE, OTHER, PLANE, ROUND, Places
-from xpheve_laws_collision.queries.rows import Array, Mask, Rows, dots, turned, turned_back
+from xpheve_laws_collision.queries.rows import Array, Mask, Rows, crosses, dots, lengths, turned, turned_back
 from xpheve_laws_collision.rays import crossing
 
+SEAM = 1e-11  # of its sides a triangle is met outside them: a ray along the seam of two does not slip through
+LEVEL = 1e-12  # a ray this little inclined to a triangle lies in its plane, and meets others at its sides
 Met = tuple[Array, Array]
 
 
@@ -180,7 +182,8 @@ def _mesh(shape: Any, o: Vec, d: Vec, q: Quat, touch: float) -> tuple[float, Vec
     r = np.cross(s, one)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, v, t = (s * p).sum(axis=1) / volume, (r @ along) / volume, (two * r).sum(axis=1) / volume
-        hit = (volume != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > touch)
+        across = np.abs(volume) > LEVEL * lengths(crosses(one, two))
+        hit = across & (u >= -SEAM) & (v >= -SEAM) & (u + v <= 1.0 + SEAM) & (t > touch)
     if not hit.any():
         return None
     k = int(np.argmin(np.where(hit, t, math.inf)))
