@@ -48,6 +48,10 @@ class Membership:
         self.flying = frozenset(flying)
         return self.flying != before
 
+    def fits(self, world: Any, obj: PhysicalObject) -> bool:
+        """Whether ``obj`` itself is still of a kind that may fly."""
+        return not _why_not_object(world, obj, {})
+
 
 def _joined(world: Any, laws: list[Any]) -> list[list[Any]]:
     """``laws`` in sets: those that have an object in common, directly or through others."""
@@ -102,7 +106,7 @@ def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...]
         return f"is a {kind} that moves"
     laws = tuple(world.mapping.laws(obj))
     if laws not in along:
-        along[laws] = bool(world.continuous_laws(obj)) or any(getattr(law, "one_sided", False) for law in laws)
+        along[laws] = world.is_moved_along(obj) or any(getattr(law, "one_sided", False) for law in laws)
     if along[laws]:
         return "is under laws that are evaluated along its way"
     bodies, row = world.bodies, obj._row
