@@ -294,7 +294,7 @@ def tried(kind: Callable[[random.Random, int], Made], seed: int, count: int, way
 @by_all_ways
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_what_nobody_should_let_loose_ends_well(kind: Any, way: dict[str, Any]) -> None:
-    for seed in range(2):
+    for seed in (1, 4):
         tried(kind, seed, FEW, way)
 
 
