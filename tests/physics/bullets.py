@@ -336,11 +336,15 @@ def _target(name: str, direction: Any, size: float, speed: float, rng: np.random
         return Body(xp.Sphere(float(rng.uniform(0.3, 3.0)) * size), middle, unit(rng) * speed * 0.1, mass=2.0)
     if name == "capsule":
         shape = xp.Capsule(float(rng.uniform(0.2, 1.0)) * size, float(rng.uniform(1.0, 6.0)) * size)
-        return Body(shape, middle, unit(rng) * speed * 0.1, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5)))
+        return Body(
+            shape, middle, unit(rng) * speed * 0.1, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5))
+        )
     if name == "plate":
         return Body(xp.Box((1e-3, 4.0 * size, 3.0 * size)), middle, still, quaternion(rng), fixed=True)
     if name == "spun plate":
         shape = xp.Box((3.0 * size, 3.0 * size, 0.05 * size))
-        return Body(shape, middle, unit(rng) * speed * 0.05, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5)))
+        return Body(
+            shape, middle, unit(rng) * speed * 0.05, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5))
+        )
     shape = xp.Box((0.02, 1e3 * (size + 0.1), 1e3 * (size + 0.1)))
     return Body(shape, middle, unit(rng) * speed * 0.3, facing(lean, rng), mass=1e6)
