@@ -419,9 +419,10 @@ class ImpactLoop:
         return float(self._counts[rows.CROSSINGS] - 20 * self._counts[rows.IMPACTS])
 
     def next_time(self) -> Instant:
-        """When the earliest impact is due; `NEVER` for none."""
+        """When the earliest impact is due; `NEVER` for none. Of what flies through cells without end: a time before which there is none."""
         self._prepare()
         self._call(LOOK)
+        left = 100 + 10 * self.count
         while True:
             at = int(self.n[rows.TREE][1])
             high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
@@ -433,6 +434,9 @@ class ImpactLoop:
             if (event[rows.MEETS], event[rows.MEETS + 1]) == (high, low):
                 if self._place[place[rows.PARTNER], rows.STAMP] == place[rows.SEEN]:
                     return high, low
+            left -= 1
+            if left < 0:
+                return high, low
             self._space[rows.LIMIT : rows.LIMIT + 2] = high, math.inf  # a place that leaves its cell, or a stale event
             self._counts[rows.BUDGET] = 1
             self._call(RUN)
