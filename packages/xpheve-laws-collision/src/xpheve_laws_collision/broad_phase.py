@@ -272,7 +272,6 @@ class BroadPhase:
         return found
 
 
-
 def _best_axis(low: Array, high: Array) -> int:
     """The axis along which boxes are spread most, beside their widths; lengths beyond `FAR` count as that."""
     with np.errstate(over="ignore", invalid="ignore"):
