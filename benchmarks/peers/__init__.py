@@ -2,7 +2,7 @@
 
 Each has ``NAME`` and ``MODULE`` (what must be installed). Game engines have ``ball(scene, dts)`` (the rows of a scene of one sphere) and
 ``field(positions, velocities, dt)`` (S12: a `benchmarks.measure.Field` for each setting); those for smooth motion have ``smooth(problem)``
-(a `benchmarks.smooth.measure.Contender` for each setting that the scene names).
+(a `benchmarks.turns.Contender` for each setting that the scene names).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Problem
 
 NAME, MODULE = "heyoka", "heyoka"

@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Problem
 
 NAME, MODULE = "MuJoCo", "mujoco"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Problem
 
 NAME, MODULE = "PyBullet", "pybullet"

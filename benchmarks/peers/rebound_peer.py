@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import rebound
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Problem
 
 NAME, MODULE = "REBOUND", "rebound"

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Problem
 
 NAME, MODULE = "SciPy", "scipy"

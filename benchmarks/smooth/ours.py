@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.smooth.measure import Contender, row
+from benchmarks.turns import Contender, row
 from benchmarks.smooth.problem import End, Ours, Problem
 
 NAME = "xPheve"

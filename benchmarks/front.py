@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from benchmarks.smooth.problem import Bar
+from benchmarks.problem import Bar
 
 Row = dict[str, Any]
 ROUNDING = 1e-17  # errors below are the same
@@ -149,7 +149,7 @@ def _told(one: Standing) -> str:
 def _ratio(bar: Bar, mine: list[Row], peers: list[Row]) -> Verdict:
     if not peers:
         return Verdict(bar.text, "no such peer in this run", None)
-    rival = min(peers, key=lambda row: row["seconds"])
+    rival = min(peers, key=(lambda row: (error(row), row["seconds"])) if bar.finest else (lambda row: row["seconds"]))
     limit = min(bar.error, error(rival)) if bar.no_larger else bar.error
     exact = [row for row in mine if error(row) <= limit]
     if not exact:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.smooth.front import Row, counted, error, front, is_ours
+from benchmarks.front import Row, counted, error, front, is_ours
 
 SMALLEST = 1e-17  # where an error of 0 is drawn
 OURS = {
