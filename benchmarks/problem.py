@@ -53,7 +53,7 @@ class Scene:
     """One scene over one span. ``build(engine)`` fills an xPheve engine and gives the objects to read at the end.
 
     ``watched`` is for scenes where the way counts, and not only the end: it gets the ends at several times of a run of its
-    own, which is not timed, and gives further numbers for the row.
+    own, which is not timed, and gives further numbers for the row; one called "error" is the error of the row.
     """
 
     id: str

@@ -103,7 +103,9 @@ def _first(problem: Scene, one: Contender) -> tuple[float, float] | None:
         one.row.drift = problem.drift(at)
     one.row.more["measures"] = {name: measure(at) for name, measure in problem.measures.items()}
     if problem.watched is not None and one.watch is not None:
-        one.row.more["measures"] |= problem.watched(one.watch())
+        seen = problem.watched(one.watch())
+        one.row.error = seen.pop("error", one.row.error)
+        one.row.more["measures"] |= seen
     if not math.isfinite(one.row.error):
         one.row.note, one.row.error = "not finite at the end", None
         return None

@@ -404,3 +404,73 @@ def enskog_rate(n: int, packing: float, diameter: float = 1.0) -> float:
     contact = (1.0 - 0.5 * packing) / (1.0 - packing) ** 3
     a_sphere = 4.0 * math.sqrt(math.pi) * density * diameter**2 * contact
     return 0.5 * n * a_sphere
+
+
+def fluid(n: int, packing: float, seed: int = 6, each: int = 25) -> Spheres:
+    """``n`` spheres in a periodic cube, in equilibrium: a small cube is molten, after ``each`` impacts a sphere, and then put side by side.
+
+    All velocities are drawn anew, and it goes on for a while, so that the copies forget one another.
+    """
+    copies = next((k for k in (4, 3, 2) if n % k**3 == 0 and n // k**3 >= 1000), 1)
+    seedling = lattice(n // copies**3, packing, seed)
+    run(seedling, impacts=each * seedling.n)
+    if copies == 1:
+        return _at_zero(seedling)
+    place = np.mod(seedling.position, seedling.edge)
+    shifts = np.stack(np.meshgrid(*[np.arange(copies)] * 3, indexing="ij"), axis=-1).reshape(-1, 1, 3) * seedling.edge
+    velocity = np.random.default_rng(seed + 1).normal(size=(n, 3))
+    velocity -= velocity.mean(axis=0)
+    velocity *= math.sqrt(3.0 * n / (velocity**2).sum())
+    found = Spheres((place + shifts).reshape(-1, 3), velocity, seedling.diameter, copies * seedling.edge, True)
+    run(found, impacts=3 * n)
+    return _at_zero(found)
+
+
+def _at_zero(spheres: Spheres) -> Spheres:
+    """The same at the time 0, within the cube."""
+    place = np.mod(spheres.position, spheres.edge)
+    return Spheres(place, spheres.velocity, spheres.diameter, spheres.edge, spheres.periodic)
+
+
+@njit(cache=True)
+def _closest(state, links, heads, n, cells, edge, periodic):  # type: ignore[no-untyped-def]
+    least = math.inf
+    for i in range(n):
+        _enter(links, heads, i, cells)
+    for i in range(n):
+        k = 8 * i
+        for dz in range(-1, 2):
+            for dy in range(-1, 2):
+                for dx in range(-1, 2):
+                    nx, ny, nz = links[k] + dx, links[k + 1] + dy, links[k + 2] + dz
+                    if periodic:
+                        nx, ny, nz = nx % cells, ny % cells, nz % cells
+                    elif nx < 0 or ny < 0 or nz < 0 or nx >= cells or ny >= cells or nz >= cells:
+                        continue
+                    j = heads[(nz * cells + ny) * cells + nx]
+                    while j >= 0:
+                        if j != i:
+                            q = 8 * j
+                            x, y, z = state[k] - state[q], state[k + 1] - state[q + 1], state[k + 2] - state[q + 2]
+                            if periodic:
+                                x, y, z = (
+                                    x - edge * round(x / edge),
+                                    y - edge * round(y / edge),
+                                    z - edge * round(z / edge),
+                                )
+                            least = min(least, x * x + y * y + z * z)
+                        j = links[8 * j + 3]
+    return math.sqrt(least)
+
+
+def closest(position: Array, diameter: float, edge: float, periodic: bool) -> float:
+    """The least distance [m] of two centres (n, 3) in a cube, if it is at most the width of a cell; right to rounding."""
+    n = len(position)
+    cells = cells_per_edge(n, diameter, edge, 0.35)
+    place = np.mod(position, edge) if periodic else np.asarray(position)
+    where = np.clip((place * (cells / edge)).astype(np.int64), 0, cells - 1)
+    state, links = np.zeros((n, 8)), np.zeros((n, 8), np.int64)
+    state[:, :3], links[:, :3] = place, where
+    heads = np.full(cells**3, -1, np.int64)
+    flat = links.ravel()
+    return float(_closest(state.ravel(), flat, heads, n, cells, edge, periodic))

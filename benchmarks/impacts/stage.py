@@ -111,10 +111,27 @@ class Stage:
             through = np.array([one.position for one in self.scenery if one.shape == "plane"])
             heights = x @ normals.T - (normals * through).sum(axis=1)
             deepest = max(deepest, float((r[:, None] - heights).max()))
+        return max(0.0, deepest, self._in_boxes(x))
+
+    @cached_property
+    def _boxes(self) -> tuple[Array, Array, Array]:
         boxes = [one for one in self.scenery if one.shape == "box"]
-        if boxes:
-            deepest = max(deepest, float((r - _from_boxes(x, boxes)).max()))
-        return max(0.0, deepest)
+        columns = ("position", "orientation", "size")
+        places, turned, halves = (np.array([getattr(one, name) for one in boxes], float) for name in columns)
+        return places.reshape(-1, 3), turned.reshape(-1, 4), halves.reshape(-1, 3)
+
+    def _in_boxes(self, x: Array) -> float:
+        """Deepest overlap of spheres at ``x`` with fixed boxes: of those alone whose surrounding spheres overlap."""
+        places, turned, halves = self._boxes
+        if not len(places):
+            return 0.0
+        square = (x * x).sum(axis=1)[:, None] + (places * places).sum(axis=1) - 2.0 * x @ places.T
+        i, k = np.nonzero(square < (self._radii[:, None] + np.linalg.norm(halves, axis=1)) ** 2 * 1.001)
+        if not len(i):
+            return 0.0
+        out = np.abs(to_body(turned[k], x[i] - places[k])) - halves[k]
+        far = np.sqrt((np.maximum(out, 0.0) ** 2).sum(axis=1))
+        return float((self._radii[i] - np.where(far > 0, far, out.max(axis=1))).max())
 
 
 def to_body(q: Array, v: Array) -> Array:
@@ -131,17 +148,6 @@ def _among(x: Array, r: Array) -> float:
         d[np.arange(len(d)), np.arange(k, k + len(d))] = np.inf
         deepest = max(deepest, float((r[k : k + block, None] + r - d).max())) if len(x) > 1 else deepest
     return deepest
-
-
-def _from_boxes(x: Array, boxes: Sequence[Thing]) -> Array:
-    """Distance (n,) of points from the nearest box, negative inside."""
-    nearest = np.full(len(x), np.inf)
-    for one in boxes:
-        q = np.broadcast_to(one.orientation, (len(x), 4))
-        out = np.abs(to_body(q, x - np.array(one.position))) - np.array(one.size)
-        far = np.sqrt((np.maximum(out, 0.0) ** 2).sum(axis=1))
-        nearest = np.minimum(nearest, np.where(far > 0, far, out.max(axis=1)))
-    return nearest
 
 
 class World(Protocol):
