@@ -17,7 +17,7 @@ NAME, MODULE = "SciPy", "scipy"
 
 def impacts(scene: Any) -> list[Contender]:
     """A contender an rtol, for scenes that have a ``slope`` and a ``radius``."""
-    return [_contender(scene, rtol) for rtol in scene.peers.get(MODULE, ())]
+    return [_contender(scene, rtol) for rtol in scene.peers.get(MODULE, ())] if hasattr(scene, "slope") else []
 
 
 def _contender(scene: Any, rtol: float) -> Contender:
@@ -36,11 +36,18 @@ def _contender(scene: Any, rtol: float) -> Contender:
             t, y = 0.0, np.array(scene.begin)
             while t < scene.span:
                 solved = solve_ivp(
-                    slope, (t, scene.span), y, method="DOP853", rtol=max(rtol, 3e-14), atol=rtol * 1e-3, events=touches
+                    slope,
+                    (t, scene.span),
+                    y,
+                    method="DOP853",
+                    rtol=max(rtol, 3e-14),
+                    atol=rtol * 1e-3,
+                    max_step=max(1e-3, 0.5 * y[5] / scene.weight),  # so that no bounce is within a step
+                    events=touches,
                 )
                 t, y = float(solved.t[-1]), solved.y[:, -1].copy()
                 if solved.status == 1:
-                    y[2], y[5] = radius, -restitution * y[5]
+                    y[2], y[5] = np.nextafter(radius, 1.0), -restitution * y[5]
             state[:] = [y]
 
         return go, lambda: End(state[0][None, :3], state[0][None, 3:])
