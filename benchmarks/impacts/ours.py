@@ -107,3 +107,18 @@ def read(bodies: Sequence[Any]) -> End:
     return End(*(np.array([getattr(one, name) for one in bodies]) for name in columns))
 
 
+
+
+def listen(engine: Any, objects: Sequence[Any], to: Callable[[Any], None]) -> None:
+    """Have ``to(event)`` called at each impact of the objects with one another."""
+    import xpheve as xp
+
+    class Told(xp.PhysicalLaw):
+        id = "benchmarks:told"
+
+        def enforce_this_law(self, event: Any) -> None:
+            to(event)
+
+    law = engine.add_law(Told, xp.LawContainer(xp.when.Impact()))
+    for one in objects:
+        engine.map(one, law)

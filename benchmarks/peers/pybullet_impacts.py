@@ -11,6 +11,7 @@ from benchmarks.turns import Contender
 
 NAME, MODULE = "PyBullet", "pybullet"
 NOTES = {"tuned": "maximal coordinates, no damping, erp 0"}
+BULLETS = ("default", "tuned", "tuned, swept")
 worlds: list[int] = []  # PyBullet keeps few at a time
 
 
@@ -27,7 +28,7 @@ class World:
             p.disconnect(worlds.pop())
         self.world = p.connect(p.DIRECT)
         worlds.append(self.world)
-        self.tuned = setting == "tuned"
+        self.tuned, self.swept = setting.startswith("tuned"), setting.endswith("swept")
         p.setTimeStep(dt, self.world)
         p.setGravity(0, 0, -stage.gravity, self.world)
         if self.tuned:
@@ -55,6 +56,8 @@ class World:
             body, -1, restitution=stage.restitution**0.5, lateralFriction=0, physicsClientId=self.world, **more
         )
         if one.mass > 0:
+            if self.swept:  # its continuous detection, by a smaller sphere within
+                p.changeDynamics(body, -1, ccdSweptSphereRadius=0.5 * min(one.size), physicsClientId=self.world)
             if one.shape != "sphere":  # Bullet would take that of a box around it
                 p.changeDynamics(body, -1, mass=one.mass, localInertiaDiagonal=one.inertia, physicsClientId=self.world)
             p.resetBaseVelocity(body, one.velocity, one.turning, physicsClientId=self.world)

@@ -14,6 +14,7 @@ from benchmarks.problem import End
 from benchmarks.turns import Contender
 
 NAME, MODULE = "Rapier", "rapier3d"
+BULLETS = ("default", "tuned", "continuous")
 NOTES = {"default": "float32", "tuned": "float32; no margins, 8 iterations, continuous detection, no cap on speed"}
 
 
@@ -38,16 +39,16 @@ class World:
             known.num_solver_iterations = 8
         for one in stage.scenery:
             self.world.add_collider(_collider(one, stage))
-        self.handles = [self._add(one, stage, setting == "tuned") for one in stage.movers]
+        self.handles = [self._add(one, stage, setting != "default") for one in stage.movers]
 
-    def _add(self, one: Thing, stage: Stage, tuned: bool) -> Any:
+    def _add(self, one: Thing, stage: Stage, continuous: bool) -> Any:
         body = (
             r.RigidBody.dynamic()
             .position(_pose(one))
             .linvel(one.velocity)
             .angvel(one.turning)
-            .can_sleep(not tuned)
-            .ccd_enabled(tuned)
+            .can_sleep(not continuous)
+            .ccd_enabled(continuous)
             .gyroscopic_forces(True)
         )
         return self.world.add_body(body, [_shape(one).mass(one.mass).restitution(stage.restitution).friction(0.0)])

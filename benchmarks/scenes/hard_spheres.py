@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.calibrate import compiled
-from benchmarks.impacts.ours import new_engine
+from benchmarks.impacts.ours import listen, new_engine
 from benchmarks.measure import cpu_time
 
 SIZES, PACKINGS = (1_000, 10_000, 100_000), (0.1, 0.3, 0.45)
@@ -56,30 +56,15 @@ def build(spheres: Any, **more: Any) -> tuple[Any, Any, list[Any]]:
 
 def contact_distance(spheres: Any, impacts: int) -> float:
     """The largest error of the distance of two spheres when they meet, over the diameter, over some ``impacts``: each is listened to."""
-    import xpheve as xp
-
-    class Distance(xp.EventLaw):
-        condition = xp.when.Impact()
-        worst = 0.0
-        seen = 0
-
-        def on_event(self, event: xp.Event) -> None:
-            for contact in event.contacts:
-                Distance.worst = max(Distance.worst, abs(contact.separation))
-                Distance.seen += 1
-
     from benchmarks.impacts.plain_loop import enskog_rate
 
     engine, _, objects = build(spheres)
-    law = engine.add_law(Distance())
-    for one in objects:
-        engine.map(one, law)
+    seen: list[float] = []
+    listen(engine, objects, lambda event: seen.extend(abs(contact.separation) for contact in event.contacts))
     n = len(objects)
     packing = n * math.pi / 6.0 * (spheres.diameter / spheres.edge) ** 3
     engine.run(until=impacts / enskog_rate(n, packing, spheres.diameter))
-    if not Distance.seen:
-        raise RuntimeError("no impact was told of")
-    return Distance.worst / spheres.diameter
+    return max(seen) / spheres.diameter
 
 
 def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]:
