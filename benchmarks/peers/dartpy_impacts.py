@@ -27,6 +27,7 @@ class World:
         if setting != "tuned" and any(one.shape == "capsule" for one in stage.things):
             raise LookupError("its default collisions (FCL) know no capsules")
         self.world = d.simulation.World("stage")
+        self.lost = False
         self.world.setTimeStep(dt)
         self.world.setGravity([0.0, 0.0, -stage.gravity])
         solver = self.world.getConstraintSolver()
@@ -61,12 +62,18 @@ class World:
         return body
 
     def advance(self, steps: int) -> None:
-        """Step after step."""
-        for _ in range(steps):
+        """Step after step, as long as it is finite: it would tell of each step that is not."""
+        for k in range(steps):
             self.world.step()
+            if k % 10 == 0 and not np.isfinite(self.bodies[0].getLinearVelocity()).all():
+                self.lost = True
+            if self.lost:
+                return
 
     def read(self) -> End:
         """Where all movers are."""
+        if self.lost:
+            return End(*(np.full((len(self.bodies), size), np.nan) for size in (3, 3, 4, 3)))
         poses = [one.getWorldTransform() for one in self.bodies]
         return End(
             np.array([np.ravel(pose.translation()) for pose in poses]),

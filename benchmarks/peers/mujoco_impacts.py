@@ -53,10 +53,10 @@ class World:
         return End(places[:, :3].copy(), speeds[:, :3].copy(), q, to_body(back, speeds[:, 3:]))
 
 
-def model(stage: Stage, setting: str, dt: float, memory: int = 1 << 28) -> Any:
+def model(stage: Stage, setting: str, dt: float) -> Any:
     """The compiled model."""
     spec = mujoco.MjSpec()
-    spec.memory = memory
+    spec.memory = 1 << (30 if len(stage.movers) > 2000 else 28)  # left to itself it asks for more than there is
     spec.option.gravity = [0.0, 0.0, -stage.gravity]
     if setting == "tuned":
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
