@@ -3,6 +3,7 @@
 from xpheve_laws_collision.containers.bounding_box import BoundingBoxes
 from xpheve_laws_collision.containers.exact import ExactContacts
 from xpheve_laws_collision.containers.picking import Picking
+from xpheve_laws_collision.impact.stepper import ImpactStepper
 from xpheve_laws_collision.laws.elastic import Elastic
 from xpheve_laws_collision.laws.point import Point
 from xpheve_laws_collision.laws.reverse import Reverse
@@ -11,4 +12,14 @@ from xpheve_laws_collision.server import ExactServer
 
 __version__ = "0.1.0"
 
-__all__ = ["BoundingBoxes", "Elastic", "ExactContacts", "ExactServer", "Picking", "Point", "Reverse", "Stop"]
+__all__ = [
+    "BoundingBoxes",
+    "Elastic",
+    "ExactContacts",
+    "ExactServer",
+    "ImpactStepper",
+    "Picking",
+    "Point",
+    "Reverse",
+    "Stop",
+]

@@ -70,6 +70,10 @@ class BroadPhase:
             self._stale = True
         self._mask[row], self._bounded[row], self._radius[row] = mask, bounded, radius
 
+    def forget(self) -> None:
+        """Other objects are asked from now on: take up all rows."""
+        self._structure = -1
+
     def removed(self, obj: Any, row: int, moved: int) -> None:
         """Row ``row`` has what row ``moved`` had."""
         if moved < len(self._mask):

@@ -98,12 +98,13 @@ class _Library:
     def get(self, name: str) -> _File:
         if name not in self.read:
             own = name not in self.files
-            self.read[name] = _parsed(name, os.path.join(CORE, f"{name}.py") if own else self.files[name], own)
+            path = os.path.join(CORE, f"{name}.py") if own else self.files[name]
+            self.read[name] = _parsed(name, path, own, self.files)
         return self.read[name]
 
 
-def _parsed(name: str, path: str, own: bool) -> _File:
-    """Read one kernel file; a pack's may import ``math`` and xPheve's kernels, and nothing else."""
+def _parsed(name: str, path: str, own: bool, given: Mapping[str, str]) -> _File:
+    """Read one kernel file; a pack's may import ``math``, xPheve's kernels and files that are ``given`` too, and nothing else."""
     file = _File(name, path)
     try:
         with open(path, encoding="utf-8") as source:
@@ -125,7 +126,7 @@ def _parsed(name: str, path: str, own: bool) -> _File:
                     if isinstance(part, ast.Name):
                         file.defines[part.id] = statement
         elif isinstance(statement, ast.Import | ast.ImportFrom):
-            _take_import(file, statement, own)
+            _take_import(file, statement, own, given)
         elif not (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)):
             raise file.wrong(
                 statement, "only imports, constants and functions belong here; move this statement into a function"
@@ -133,7 +134,7 @@ def _parsed(name: str, path: str, own: bool) -> _File:
     return file
 
 
-def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool) -> None:
+def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool, given: Mapping[str, str]) -> None:
     if isinstance(statement, ast.Import):
         strangers = [alias for alias in statement.names if alias.name != "math" or alias.asname]
     elif statement.module == "__future__":
@@ -142,6 +143,10 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool)
         other = statement.module[len(PACKAGE) + 1 :]
         for alias in statement.names:
             file.imports[alias.asname or alias.name] = (other, alias.name)
+        return
+    elif not own and statement.level == 0 and (statement.module or "").rpartition(".")[2] in given:
+        for alias in statement.names:  # another kernel file of the pack
+            file.imports[alias.asname or alias.name] = ((statement.module or "").rpartition(".")[2], alias.name)
         return
     else:
         strangers = statement.names
@@ -152,8 +157,8 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool)
             )
             raise file.wrong(
                 statement,
-                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels: "
-                "write the function here, or make it an argument",
+                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels, or from kernel files "
+                "that are named with it: write the function here, or make it an argument",
             )
         file.strangers[alias.asname or alias.name] = alias.name
 
@@ -200,7 +205,7 @@ class _Writer:
 
     def _put_imported(self, file: _File, used: str, node: ast.AST | None) -> None:
         other, original = file.imports[used]
-        if not os.path.isfile(os.path.join(CORE, f"{other}.py")):
+        if not self.library.has(other):
             raise file.wrong(node, f"there is no xpheve.kernels.{other}; import from a kernel file that exists")
         self.put(other, original, f"{file.path} imports {original!r}")
 

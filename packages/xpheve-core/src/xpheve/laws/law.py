@@ -231,6 +231,8 @@ class ContinuousLaw(PhysicalLaw):
     role = "force"
     singular: ClassVar[str] = ""
     """A sentence that says where the force has no finite value; it ends the error that such a force raises."""
+    periodic: ClassVar[bool] = False
+    """Whether the law gives the same force for every image of an object: then it may read ``position`` in periodic scenes."""
     kernel: ClassVar[str] = ""
     """Import path of a kernel file written by hand, in place of an expression.
 

@@ -65,7 +65,7 @@ class Looks:
         if not known.alone:
             return False
         heard = known.waits and self.world.contacts is not None and self.world.contacts.concerns(obj)
-        at = (known, kind, heard)
+        at = (known, kind, heard, heard and self.world.contacts is not None and self.world.contacts.flies(obj))
         objects = self._alike.get(at)
         if objects is None:
             self._alike[at] = self.take([obj])

@@ -124,6 +124,7 @@ def save(world: World, started: bool) -> Saved:
         "version": VERSION,
         "up": world.up,
         "seed": world.seed,
+        "periodic": None if world.periodic is None else [_edge(edge) for edge in world.periodic],
         "started": started,
         "time": world.time,
         "epoch": world.ranks.epoch,
@@ -180,6 +181,10 @@ def save(world: World, started: bool) -> Saved:
     shapes = [obj._shape for obj in bodies.objects]
     points = list(world.wakeups.points.values())
     return Saved(header, arrays, list(bodies.objects), laws, containers, shapes, writer.functions, points, writer.gone)
+
+
+def _edge(edge: float) -> float | None:
+    return edge if edge < math.inf else None
 
 
 def _plain(value: float) -> Any:
@@ -265,7 +270,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
         container.laws = []
     for point in world.wakeups.points.values():
         point._position, point._attached, point.engine = point.position, None, None
-    engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers))
+    engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers, world.periodic))
     for law, entry in zip(saved.laws, saved.header["laws"], strict=True):
         law.parameters = {key: tuple(v) if isinstance(v, list) else v for key, v in entry["parameters"].items()}
         law._enabled = entry["enabled"]
@@ -298,7 +303,7 @@ def revive(
     """A new engine of class ``kind`` from what `save` gave, with handles of its own; ``class_of`` says of which class an object is."""
     header, arrays = portable
     _check_version(header.get("version"))
-    engine = kind(up=header["up"], seed=header["seed"], registry=registry)
+    engine = kind(up=header["up"], seed=header["seed"], registry=registry, **_setting(header))
     local_laws = {law.label(): law for law in laws}
     local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {
         "LawContainer": LawContainer
@@ -343,6 +348,11 @@ def revive(
             first, of_first, first_objects, first_laws, first_containers, had, live, kept, first_gone
         )
     return engine
+
+
+def _setting(header: Header) -> dict[str, Any]:
+    """What only some scenes say; subclasses of the engine that know nothing of it need not take it otherwise."""
+    return {} if header.get("periodic") is None else {"periodic": header["periodic"]}
 
 
 def _check_version(version: Any) -> None:

@@ -46,6 +46,10 @@ def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], 
                 )
             names.add(obj.name)
         _check_values(obj, laws)
+        if world.periodic is not None:
+            from xpheve.plan.periodic import check_shape
+
+            check_shape(obj, obj.shape, world.periodic, world.up_vector)
     for law in laws:
         if law.engine is not engine:
             raise OwnershipError(f"{law!r} is not in this engine: add it with engine.add_law first")
@@ -71,6 +75,10 @@ def add_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], la
         return
     n = len(objects)
     values: dict[str, Any] = {name: np.array([obj._own[name] for obj in objects], dtype=float) for name in FIELDS}
+    if world.periodic is not None:
+        from xpheve.plan.periodic import wrap_rows
+
+        wrap_rows(values["position"].T, world.periodic)
     values["fixed"] = [obj.fixed for obj in objects]
     values["serial"] = np.arange(world._next_serial, world._next_serial + n)
     rows = world.bodies.append(objects, values, world.time)
@@ -126,7 +134,7 @@ def _tell_mapped(
 def remove_object(world: World, obj: PhysicalObject) -> None:
     """Take ``obj`` out; it owns its last state again."""
     world.wakeups.let_go(obj)
-    state = {name: world.read_row(obj._row, name) for name in FIELDS}
+    state = {name: world.show_row(obj._row, name) for name in FIELDS}
     state["mass"] = state["mass"][0]  # type: ignore[assignment]
     group = [other for other in world.groups.get(obj, []) if other is not obj]
     if immovable(obj):

@@ -163,6 +163,7 @@ class _Building:
                 seed=table.seed,
                 compile=compile or table.compile,
                 stepper=table.stepper,
+                **({} if table.periodic is None else {"periodic": table.periodic}),
                 registry=registry,
                 disable=disable,
                 on_law_error=on_law_error,

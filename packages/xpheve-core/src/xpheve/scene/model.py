@@ -119,6 +119,16 @@ def _seed(value: Any) -> int:
     return value
 
 
+def _periodic(value: Any) -> tuple[float, float, float]:
+    wanted = 'three lengths above 0 m, or "none" along an axis without period, are needed, such as [1.0, "none", 2.0]'
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(wanted)
+    x, y, z = (float("inf") if one == "none" else number(one, "m") for one in value)
+    if not min(x, y, z) > 0:
+        raise ValueError(wanted)
+    return x, y, z
+
+
 def _columns(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError("a table of numbers is needed, such as { charge = 1e-6 }")
@@ -218,6 +228,13 @@ Pairs = Annotated[
 ]
 Switch = Annotated[bool, Checked(_switch, {"type": "boolean"})]
 Seed = Annotated[int, Checked(_seed, {"type": "integer", "minimum": 0, "maximum": (1 << 63) - 1})]
+Periodic = Annotated[
+    tuple[float, float, float],
+    Checked(
+        _periodic,
+        {"type": "array", "items": {"anyOf": [*_QUANTITY, {"const": "none"}]}, "minItems": 3, "maxItems": 3},
+    ),
+]
 Places = Annotated[Any, Checked(_places, _MANY)]
 Triangles = Annotated[Any, Checked(_triangles, _MANY)]
 Orientation = Annotated[tuple[float, float, float, float], Checked(_orientation, {"type": ["array", "object"]})]
@@ -447,6 +464,7 @@ class SceneTable(Table):
     seed: Seed = 0
     compile: Literal["auto", "always", "never"] = "auto"
     stepper: str = ""
+    periodic: Periodic | None = None
     force_ids: Seed = 0
     run: RunTable = RunTable()
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]

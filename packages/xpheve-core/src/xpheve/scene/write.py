@@ -76,7 +76,7 @@ def dumps(engine: PhysicsEngine, form: str = "toml", *, run: Mapping[str, Any] |
             "xpheve": tables.pop("xpheve"),
             "up": tables.pop("up"),
             "seed": tables.pop("seed"),
-            **{name: tables.pop(name) for name in ("compile", "stepper") if name in tables},
+            **{name: tables.pop(name) for name in ("compile", "stepper", "periodic") if name in tables},
             "run": _run(run),
             **tables,
         }
@@ -137,6 +137,8 @@ class _Tables:
             tables["compile"] = engine.compile
         if engine.stepper:
             tables["stepper"] = engine.stepper
+        if engine.periodic is not None:
+            tables["periodic"] = [edge if edge < math.inf else "none" for edge in engine.periodic]
         last = engine._world.force_ids.last
         ids = [force.id for obj in self.objects for force in engine.user_forces(obj) if isinstance(force.id, int)]
         if last > max(ids, default=0):  # an id that was given once is not given again
@@ -424,13 +426,18 @@ def _toml(tables: Plain, time: float) -> str:
 
     told = "" if time == 0.0 else f" at t = {time!r} s; read again, its time begins at 0"
     parts = [f"# Written by xPheve {__version__}{told}.\n"]
-    plain = {key: value for key, value in tables.items() if not isinstance(value, (list, dict))}
+    plain = {key: value for key, value in tables.items() if not isinstance(value, dict) and not _are_tables(value)}
     parts.append("".join(f"{_key(key)} = {_inline(value)}\n" for key, value in plain.items()))
     for key, value in tables.items():
-        for row in [value] if isinstance(value, dict) else value if isinstance(value, list) else ():
+        for row in [value] if isinstance(value, dict) else value if _are_tables(value) else ():
             head = f"[{key}]" if isinstance(value, dict) else f"[[{key}]]"
             parts.append(head + "\n" + "".join(_line(name, one) for name, one in row.items()))
     return "\n".join(parts)
+
+
+def _are_tables(value: Any) -> bool:
+    """Whether ``value`` is a list of tables: objects, laws and so on."""
+    return isinstance(value, list) and all(isinstance(one, dict) for one in value)
 
 
 def _line(name: str, value: Any) -> str:
@@ -466,7 +473,7 @@ def _json(tables: Plain) -> str:
     """One key a line for tables of objects and laws; their values on the line of their key."""
     lines = []
     for key, value in tables.items():
-        if isinstance(value, list):
+        if _are_tables(value):
             rows = ",\n".join(
                 "  {\n" + ",\n".join(f"   {_pair(*pair)}" for pair in row.items()) + "\n  }" for row in value
             )

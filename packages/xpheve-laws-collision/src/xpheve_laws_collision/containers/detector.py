@@ -25,6 +25,7 @@ class Detector(LawContainer):
     """
 
     accepts_role: ClassVar[str] = "collision"
+    periodic: ClassVar[bool] = False
 
     period = Param(None, unit="s", gt=0, doc="Time between two looks; none: at the start of each host step.")
 

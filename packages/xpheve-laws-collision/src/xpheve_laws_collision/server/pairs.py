@@ -15,6 +15,7 @@ from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer, Flight
 from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.impact.fleet import Fleet
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
 from xpheve_laws_collision.narrow_phase.limits import extent_of, has_mesh, too_far_apart
@@ -50,6 +51,7 @@ class Pairs(ContactServer):
     def attach(self, world: Any) -> None:
         self.world = world
         self.broad_phase = BroadPhase(world)
+        self.fleet = Fleet(self)
         self.touching: dict[Pair, Instant] = {}
         """Pairs in contact, with the instant since when."""
         self.inside: dict[Pair, Instant] = {}
@@ -248,7 +250,20 @@ class Pairs(ContactServer):
         """The laws of ``obj`` that wait for contacts in some container."""
         return {law: since for law, since in self.world.mapping.laws(obj).items() if _hears(law)}
 
-    def _predict(self, pair: Pair) -> Instant:
+    def _hears(self, law: Any) -> bool:
+        return _hears(law)
+
+    def _asking_laws(self, obj: PhysicalObject) -> dict[Any, Instant]:
+        """The laws of ``obj`` that wait for contacts which are found pair by pair, and not by the loop."""
+        return {} if self.fleet.flies(obj) else self._heard_laws(obj)
+
+    def flies(self, obj: PhysicalObject) -> bool:
+        return self.fleet.flies(obj)
+
+    def plan(self) -> None:
+        self.fleet.plan()
+
+    def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Its room is `prediction`."""
         raise NotImplementedError
 

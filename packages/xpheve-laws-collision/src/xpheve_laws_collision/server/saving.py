@@ -55,10 +55,11 @@ class Saving(Prediction):
 
     def report(self) -> dict[str, Any]:
         return {
-            "impacts": self.impacts,
+            "impacts": self.impacts + self.fleet.impacts,
             "generations": self.generations,
             "predictions": self.predictions,
             "touching": [f"{a.label} - {b.label}" for a, b in self.touching],
             "supports": [f"{ball.label} on {support.plane.label}" for ball, support in self.supports.items()],
             "held": [obj.label for obj in self.held],
+            "impact loop": self.fleet.report(),
         }
