@@ -76,6 +76,7 @@ class PhysicsEngine(Running, Handles, Objects):
         self._started = False
         self._running = False
         self._authored: Any = None
+        self._queries: Any = None
         self._prepare_control()
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
         self._renew(World(up, seed, self._all_steppers, box))

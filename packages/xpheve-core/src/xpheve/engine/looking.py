@@ -134,6 +134,11 @@ class Looking(Control):
         raise UnknownLawError(f"no law here is {name!r}; at hand: {at_hand}{hint}")
 
     @look
+    def look_at(self, ask: Callable[[], Any]) -> Any:
+        """What ``ask()`` gives, which sees the scene whole: on a thread that does not hold it, between two frames."""
+        return ask()
+
+    @look
     def laws_of(self, obj: PhysicalObject) -> tuple[PhysicalLaw, ...]:
         """The laws that ``obj`` obeys, in rank order."""
         return tuple(self._world.ordered_laws(self._world.mapping.laws(obj)))

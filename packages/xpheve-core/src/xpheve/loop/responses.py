@@ -19,7 +19,7 @@ from xpheve.kernels import response as layout
 from xpheve.laws import ResponseLaw
 from xpheve.trace.emit import Writer
 from xpheve.trace.graph import Node
-from xpheve.trace.response import MAY_RAISE, Leaf, ResponseTrace, Tree, trace_response
+from xpheve.trace.response import Leaf, ResponseTrace, Tree, trace_response
 
 PLACES = {
     "normal": layout.NORMAL,
@@ -159,7 +159,7 @@ def _trace_or_why(law: ResponseLaw, columns: Sequence[str]) -> ResponseTrace | s
 
 
 class _Writer(Writer):
-    """Writes assignments, and after those that Python may refuse a way out; names are unlike those of any other way."""
+    """Writes assignments; names are unlike those of any other way."""
 
     def __init__(self, columns: Sequence[str], parameters: Sequence[Any]) -> None:
         super().__init__(self._leaf)
@@ -174,14 +174,6 @@ class _Writer(Writer):
         if side.endswith("[]"):
             return f"s[{BODIES[side[0]] + self.columns[name]}]"
         return f"s[{(BODIES[side] if side else 0) + PLACES[name] + component}]"
-
-    def wrote(self, node: Node, name: str) -> None:
-        if node.op in MAY_RAISE:
-            self.lines += [
-                f"if not {name} - {name} == 0.0:",
-                f"    s[{layout.KIND}] = {float(layout.ASK)}",
-                f"    return {layout.ASK}",
-            ]
 
     def fork(self) -> _Writer:
         """A writer that knows what this one wrote, for one side of a branch."""
@@ -217,11 +209,24 @@ def _leaf_lines(leaf: Leaf, writer: _Writer) -> list[str]:
     kind = [f"s[{layout.KIND}] = {float(leaf.kind)}", f"return {leaf.kind}"]
     if leaf.kind == layout.ASK:
         return kind
-    fit = " and ".join(f"{name} - {name} == 0.0" for name in dict.fromkeys(names))
+    fit = _check_lines(leaf, writer)
     if leaf.kind == layout.SPEED:
-        fit = f"0.0 <= {names[0]} < math.inf"
-    refused = [f"if not ({fit}):", f"    s[{layout.KIND}] = {float(layout.ASK)}", f"    return {layout.ASK}"]
+        fit.append(f"0.0 <= {names[0]} < math.inf")
+    else:
+        fit += [f"{name} - {name} == 0.0" for name in dict.fromkeys(names)]
+    ask = [f"    s[{layout.KIND}] = {float(layout.ASK)}", f"    return {layout.ASK}"]
     stored = [f"s[{layout.VALUES + k}] = {name}" for k, name in enumerate(names)]
-    constant = all(node.op == "const" and math.isfinite(node.value) for node in leaf.values)
-    sure = constant and (leaf.kind != layout.SPEED or leaf.values[0].value >= 0.0)
-    return [*writer.lines, *([] if sure else refused), *stored, *kind]
+    return [*writer.lines, f"if not ({' and '.join(fit)}):", *ask, *stored, *kind]
+
+
+def _check_lines(leaf: Leaf, writer: _Writer) -> list[str]:
+    """Write what must be finite, and give the questions whether it is; what is reached under a condition counts where that holds."""
+    fit = []
+    for node, condition in leaf.checks:
+        (name,) = writer.write([node])
+        if condition is None:
+            fit.append(f"{name} - {name} == 0.0")
+        else:
+            (reached,) = writer.write([condition])
+            fit.append(f"(not {reached} or {name} - {name} == 0.0)")
+    return list(dict.fromkeys(fit))

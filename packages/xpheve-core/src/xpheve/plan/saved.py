@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from xpheve.errors import RecordError, UnknownLawError
 from xpheve.forces import Force
-from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import leaves
 from xpheve.laws.conditions.text import TextExpression
@@ -191,6 +191,11 @@ def _plain(value: float) -> Any:
     return None if math.isnan(value) else value
 
 
+def _parameters(plain: Header) -> dict[str, Any]:
+    """Parameters as laws keep them."""
+    return {key: tuple(v) if isinstance(v, list) else v for key, v in plain.items()}
+
+
 def _law(world: World, law: PhysicalLaw) -> Header:
     between = getattr(law, "between", None)
     pairs = getattr(law, "pairs", None)
@@ -207,7 +212,15 @@ def _law(world: World, law: PhysicalLaw) -> Header:
         "between": None if between is None else [[obj.serial for obj in side] for side in between],
         "pairs": None if pairs is None else [[a.serial, b.serial] for a, b in pairs],
         "one_sided": getattr(law, "one_sided", False),
+        "for_pairs": _for_pairs(law),
     }
+
+
+def _for_pairs(law: PhysicalLaw) -> list[Any]:
+    """What was set for pairs of objects alone: two serial numbers, and the values by name."""
+    if not isinstance(law, ResponseLaw):
+        return []
+    return [[*sorted(obj.serial for obj in couple), dict(values)] for couple, values in law.pair_values.items()]
 
 
 def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, int], writer: Writer) -> Header:
@@ -272,7 +285,7 @@ def restore_into(engine: Any, saved: Saved) -> None:
         point._position, point._attached, point.engine = point.position, None, None
     engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers, world.periodic))
     for law, entry in zip(saved.laws, saved.header["laws"], strict=True):
-        law.parameters = {key: tuple(v) if isinstance(v, list) else v for key, v in entry["parameters"].items()}
+        law.parameters = _parameters(entry["parameters"])
         law._enabled = entry["enabled"]
         law.evaluations = entry["evaluations"]
         law.state = {key: list(v) if isinstance(v, list) else v for key, v in entry["state"].items()}
@@ -493,6 +506,10 @@ def _build(
             law.between, law.one_sided = (these, those), entry.get("one_sided", False)
         if isinstance(law, PairLaw) and entry.get("pairs") is not None:
             law.pairs = tuple((serials[a], serials[b]) for a, b in entry["pairs"])
+        if isinstance(law, ResponseLaw):
+            law._pairs = {
+                frozenset((serials[a], serials[b])): _parameters(values) for a, b, values in entry.get("for_pairs", [])
+            }
     _build_mapping(world, header, objects, laws)
     _build_batches(engine, world, header, arrays)
     for serial, owner, vector, torque, ident, until, accounted in header["forces"]:

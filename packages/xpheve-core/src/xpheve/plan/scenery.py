@@ -155,6 +155,9 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     for law in world.laws:
         if isinstance(law, PairLaw) and law.pairs is not None and law.joined(obj):
             law.pairs = tuple(pair for pair in law.pairs if obj not in pair)
+    for law in laws:
+        if isinstance(law, ResponseLaw):
+            law.forget_object(obj)
     world.forces.of.pop(obj, None)
     world.groups.pop(obj, None)
     world.unplanned.pop(obj, None)
@@ -218,6 +221,8 @@ def unmap_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
         return
     _tell_mapped(world, when.ObjectRemoved, [obj], [law])
     world.mapping.remove(obj, law)
+    if isinstance(law, ResponseLaw):
+        law.forget_object(obj)
     withdraw(world, law, [obj])
     after_mapping(world, law, [obj])
     for container in law.containers:

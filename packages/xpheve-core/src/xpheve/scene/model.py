@@ -99,6 +99,20 @@ def _pairs(value: Any) -> tuple[tuple[str, str], ...]:
     return tuple((a, b) for a, b in found)
 
 
+def _for_pairs(value: Any) -> tuple[tuple[tuple[str, str], dict[str, Any]], ...]:
+    example = '{ objects = ["ball", "floor"], restitution = 0.5 }'
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        raise ValueError(f"a list of tables is needed, each of two objects and values, such as [{example}]")
+    found = []
+    for one in value:
+        objects = one.get("objects")
+        if not isinstance(objects, list) or len(objects) != 2 or len(one) < 2:
+            raise ValueError(f"two objects and values are needed, such as {example}")
+        a, b = _texts(objects)
+        found.append(((a, b), {key: given for key, given in one.items() if key != "objects"}))
+    return tuple(found)
+
+
 def _force_id(value: Any) -> int | str:
     if isinstance(value, bool) or not isinstance(value, (int, str)):
         raise ValueError("a whole number or a text is needed")
@@ -225,6 +239,21 @@ Between = Annotated[Sides, Checked(_sides, {"type": "array", "items": _TEXT_OR_L
 Pairs = Annotated[
     tuple[tuple[str, str], ...],
     Checked(_pairs, {"type": "array", "items": {**_LIST_OF_TEXT, "minItems": 2, "maxItems": 2}}),
+]
+ForPairs = Annotated[
+    tuple[tuple[tuple[str, str], dict[str, Any]], ...],
+    Checked(
+        _for_pairs,
+        {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "properties": {"objects": {**_LIST_OF_TEXT, "minItems": 2, "maxItems": 2}},
+                "required": ["objects"],
+                "minProperties": 2,
+            },
+        },
+    ),
 ]
 Switch = Annotated[bool, Checked(_switch, {"type": "boolean"})]
 Seed = Annotated[int, Checked(_seed, {"type": "integer", "minimum": 0, "maximum": (1 << 63) - 1})]
@@ -427,6 +456,7 @@ class LawTable(BaseModel):
     between: Between | None = None
     pairs: Pairs | None = None
     one_sided: Switch = False
+    for_pairs: ForPairs | None = None
     container: NameOrNames | None = None
     condition: ConditionTable | None = None
 

@@ -11,13 +11,13 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.kernels.clock import elapsed
-from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.objects import PhysicalObject, moments_of
 from xpheve.observers import Probe
 from xpheve.scene.names import Names
@@ -186,8 +186,16 @@ class _Tables:
                 for pair in law.pairs
                 if all(obj in self.object_places and law in obj.laws for obj in pair)
             ]
+        if isinstance(law, ResponseLaw) and law.pair_values:
+            table["for_pairs"] = [
+                {"objects": [self._object_called(obj) for obj in self._ordered(couple)], **values}
+                for couple, values in law.pair_values.items()
+            ]
         table |= self._when(law, label)
         return table
+
+    def _ordered(self, couple: Iterable[PhysicalObject]) -> list[PhysicalObject]:
+        return sorted(couple, key=lambda obj: self.object_places[obj])
 
     def _when(self, law: PhysicalLaw, label: str) -> Plain:
         """Return what the table of ``law`` says of its containers; nothing, if they are its own default."""

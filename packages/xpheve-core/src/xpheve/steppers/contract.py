@@ -426,6 +426,11 @@ class ContactServer(ABC):
     def check(self, obj: Any, laws: Sequence[Any]) -> None:
         """Raise `ContactError` if contacts of ``obj`` with others under ``laws`` could not be found."""
 
+    @classmethod
+    def queries(cls, engine: Any) -> Any:
+        """What answers `xpheve.queries.Queries` of ``engine``; None if this server's pack does not."""
+        return None
+
     def check_turning(self, obj: Any, spin: Any) -> None:  # noqa: B027 (most servers know contacts of what turns)
         """Raise `ContactError` if contacts of ``obj`` could not be found at the angular velocity ``spin`` [rad/s]."""
 

@@ -72,11 +72,7 @@ class Writer:
                 continue
             name = self.names[node.index] = f"{self.prefix}{len(self.lines)}"
             self.lines.append(f"{name} = {text}")
-            self.wrote(node, name)
         return [self.names[node.index] for node in outputs]
-
-    def wrote(self, node: Node, name: str) -> None:
-        """Called after each assignment."""
 
     def _text(self, node: Node) -> str:
         op = node.op

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Iterable
 from enum import Enum
 from functools import lru_cache
-from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MappingProxyType, ModuleType
+from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MappingProxyType, MethodType, ModuleType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -104,6 +104,8 @@ class Doors:
         self._builtins: dict[str, Any] = {
             "float": self._float,
             "isinstance": self._isinstance,
+            "min": self._extreme(min, "<"),
+            "max": self._extreme(max, ">"),
             "sum": self._sum,
             "super": self._super,
             "type": self._type,
@@ -111,6 +113,19 @@ class Doors:
         }
 
     # Functions
+
+    def joining(self, function: FunctionType) -> Any:
+        """``function`` with doors, whose own decisions are joined where it is given plain values; `copied` for those that are no function."""
+        plain = self.copied(function)
+        if isinstance(plain, Stranger):
+            return plain
+
+        def call(*values: Any, **options: Any) -> Any:
+            if not all(map(_is_unchanging, (*values, *options.values()))):
+                return plain(*values, **options)
+            return self.recording.joined(lambda: plain(*values, **options))
+
+        return call
 
     def copied(self, function: FunctionType) -> Any:
         """``function`` with doors in place of what it reaches."""
@@ -168,7 +183,7 @@ class Doors:
             return value if value.__name__.split(".")[0] == "numpy" else Door(value, self)
         if isinstance(value, FunctionType):
             ready = value.__module__.startswith("xpheve.trace.") or value.__module__.split(".")[0] == "numpy"
-            return value if ready or value.__module__ in SAFE_MODULES else self.copied(value)
+            return value if ready or value.__module__ in SAFE_MODULES else self.joining(value)
         if isinstance(value, BuiltinFunctionType) and id(value) in self._math:
             return self._math[id(value)]
         if isinstance(value, BuiltinFunctionType) and value.__module__ == "math":
@@ -263,6 +278,21 @@ class Doors:
             self.recording.refuse("asks type() of a traced value: what chooses a formula is a Param with choices=(...)")
         return type(*given)
 
+    def _extreme(self, plain: Callable[..., Any], sign: str) -> Callable[..., Any]:
+        """``min`` or ``max``: the first of all to which none is preferred, as Python compares them."""
+
+        def called(*given: Any, **options: Any) -> Any:
+            values = list(given if len(given) > 1 else given[0])
+            if options or not any(isinstance(one, Traced) for one in values):
+                return plain(*given, **options) if len(given) > 1 else plain(values, **options)
+            best = values[0]
+            for one in values[1:]:
+                preferred = elementwise(self.recording, sign, one, best)
+                best = chosen(self.recording, preferred, one, best)
+            return best
+
+        return called
+
     def _sum(self, values: Iterable[Any], start: Any = 0) -> Any:
         """``sum`` as this Python has it: from 3.12 on floats are summed with a running compensation (Neumaier 1974)."""
         parts = list(values)
@@ -312,7 +342,7 @@ class _Parent:
         for base in line[line.index(self._after) + 1 :]:
             found = base.__dict__.get(name)
             if isinstance(found, FunctionType):
-                return self._doors.copied(found).__get__(self._shadow)
+                return MethodType(self._doors.joining(found), self._shadow)
             if found is not None:
                 break
         self._doors.recording.refuse(f"super().{name} is no method of a parent that can be read")
@@ -352,6 +382,15 @@ def _effect_of(code: CodeType) -> str:
 
 def _is_comprehension(code: CodeType) -> bool:
     return code.co_name in ("<genexpr>", "<listcomp>", "<setcomp>", "<dictcomp>")
+
+
+def _is_unchanging(value: Any) -> bool:
+    """Whether a call can be made twice with ``value``: nothing that it could change or use up."""
+    if isinstance(value, tuple):
+        return all(map(_is_unchanging, value))
+    return value is None or isinstance(
+        value, (bool, int, float, str, np.generic, MappingProxyType, type, Traced, *_SHADOWS)
+    )
 
 
 def _holds_traced(value: Any) -> bool:

@@ -29,18 +29,17 @@ from xpheve.trace.values import NUMBER, coerced
 MOST_WAYS = 64
 """Ways through one response that are read; others are left to Python."""
 
-MAY_RAISE = frozenset(
-    {"/", "sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "pow"}
-)
-"""Operations of which Python refuses some: where their result is not finite, Python is asked."""
-
 
 @dataclass(frozen=True)
 class Leaf:
-    """One way's answer: its kind, as `xpheve.kernels.response` numbers them, and its values; ``why`` says why Python is asked."""
+    """One way's answer: its kind, as `xpheve.kernels.response` numbers them, and its values; ``why`` says why Python is asked.
+
+    ``checks`` are operations on the way that Python may refuse, each with the condition under which it is reached, None for always.
+    """
 
     kind: int
     values: tuple[Node, ...] = ()
+    checks: tuple[tuple[Node, Node | None], ...] = ()
     why: str = ""
 
 
@@ -125,10 +124,10 @@ def _read(law: ResponseLaw, columns: Sequence[str]) -> tuple[Graph, Tree]:
     while open_ends and len(ways) < MOST_WAYS:
         _, _, prefix = heappop(open_ends)
         recording = ResponseRecording(law.label(), graph, prefix)
-        ways.append((recording.taken, _leaf(law, recording, columns, doors)))
-        answers = [answer for _, answer in recording.taken]
-        for k in range(len(prefix), len(answers)):
-            heappush(open_ends, (k, len(ways), [*answers[:k], False]))
+        leaf = _leaf(law, recording, columns, doors)
+        ways.append((recording.ways[0].taken, leaf))
+        for other in recording.ways[0].others():
+            heappush(open_ends, (len(other), len(ways), other))
     too_many = Leaf(ASK, why=f"{law.label()}.respond has more than {MOST_WAYS} ways through its decisions")
     return graph, _tree(ways, 0, too_many)
 
@@ -144,7 +143,7 @@ def _tree(ways: Sequence[Way], depth: int, unread: Leaf) -> Tree:
     yes, no = (
         _tree([way for way in ways if way[0][depth][1] is answer], depth + 1, unread) for answer in (True, False)
     )
-    if _same_leaf(yes, no) and not any(node.op in MAY_RAISE for node in walk([question])):
+    if _same_leaf(yes, no):
         return yes
     return Branch(question, yes, no)
 
@@ -153,7 +152,7 @@ def _same_leaf(one: Tree, other: Tree) -> bool:
     """Whether two trees are leaves that answer alike."""
     if not (isinstance(one, Leaf) and isinstance(other, Leaf)) or one.kind == ASK:
         return False
-    return one.kind == other.kind and [node.index for node in one.values] == [node.index for node in other.values]
+    return one.kind == other.kind and [node.index for node in _nodes(one)] == [node.index for node in _nodes(other)]
 
 
 def _leaves(tree: Tree) -> list[Leaf]:
@@ -163,7 +162,7 @@ def _leaves(tree: Tree) -> list[Leaf]:
 def _nodes(tree: Tree) -> list[Node]:
     """All questions and values."""
     if isinstance(tree, Leaf):
-        return list(tree.values)
+        return [*tree.values, *(node for check in tree.checks for node in check if node is not None)]
     return [tree.question, *_nodes(tree.yes), *_nodes(tree.no)]
 
 
@@ -193,4 +192,4 @@ def _answer(recording: ResponseRecording, answer: Any) -> Leaf:
     values = [coerced(recording, one) for one in given]
     if len(values) != wanted or any(len(value.at) != 1 or (kind == SPEED and value.form != NUMBER) for value in values):
         recording.refuse("returned what is neither a number, nor an Impulse, nor Velocities of three numbers each")
-    return Leaf(kind, tuple(recording.number(value.nodes[0]) for value in values))
+    return Leaf(kind, tuple(recording.number(value.nodes[0]) for value in values), tuple(recording.checks.values()))

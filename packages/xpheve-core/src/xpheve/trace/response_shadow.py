@@ -145,9 +145,9 @@ class TracedContact:
         if name == "relative_velocity" and known is not None:
             return self._relative_velocity()
         if isinstance(known, property) and isinstance(known.fget, FunctionType):
-            return doors.copied(known.fget)(self)
+            return doors.joining(known.fget)(self)
         if isinstance(known, FunctionType):
-            return MethodType(doors.copied(known), self)
+            return MethodType(doors.joining(known), self)
         recording.refuse(
             f"reads contact.{name}, which compiled code does not have; it has body_a, body_b, {', '.join(OF_CONTACT)}"
         )
@@ -197,9 +197,9 @@ class ResponseShadow(Shadow):
         declared = _declared(law, name)
         if name not in law.__dict__ and not name.startswith("__"):
             if isinstance(declared, FunctionType):
-                return MethodType(doors.copied(declared), self)
+                return MethodType(doors.copied(declared) if name == "respond" else doors.joining(declared), self)
             if isinstance(declared, property) and isinstance(declared.fget, FunctionType):
-                return doors.copied(declared.fget)(self)
+                return doors.joining(declared.fget)(self)
             if isinstance(declared, staticmethod):
                 return doors.stand_in(declared.__func__, f"self.{name}")
             if isinstance(declared, (dict, list, set, MappingProxyType)):

@@ -83,6 +83,10 @@ class Family(Protocol):
         """Time [s] until a touching or overlapping pair is apart; else infinite."""
         ...
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        """Time [s] for which they are surely apart, told much faster than `impact_time`; 0 where that is fast, infinite if for ever."""
+        ...
+
 
 def family_of(kind_a: str, kind_b: str) -> tuple[Family, bool]:
     """The family of two kinds of shape, and whether it knows them the other way round.

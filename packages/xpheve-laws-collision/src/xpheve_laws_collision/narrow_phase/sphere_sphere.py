@@ -45,6 +45,9 @@ class SphereSphere:
         d, v, acceleration = _relative(a, b)
         return sphere_sphere_leaves(d, v, acceleration, a.shape.radius + b.shape.radius, horizon)
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return 0.0
+
 
 def _relative(a: Mover, b: Mover) -> tuple[tuple[float, float, float], ...]:
     """Position, velocity and acceleration of b as seen from a."""

@@ -193,7 +193,20 @@ class Prediction(Standing):
             return 0.0, self._meet
         if touching and self._hops(pair, gap):
             return -2.0 * gap.speed / gap.acceleration, self._impact
+        if pair is not self.near and not (touching or sunk):
+            wait = family.apart_for(one, two)
+            if wait > 0.0:
+                return (wait, self._nearer) if wait <= horizon else (math.inf, self._impact)
         return self._search(family, one, two, gap, horizon)
+
+    def _nearer(self, entries: list[Entry]) -> None:
+        """Pairs whose bounding balls meet from now on: when they touch is worth to be known. Most have turned away before."""
+        for entry in entries:
+            self.near = pair_of(entry, self)
+            try:
+                self._predict(self.near)
+            finally:
+                self.near = None
 
     def _hops(self, pair: Pair, gap: Gap) -> bool:
         """Whether an extended body leaves to come back before its gap shows: a parabola of which the geometry sees nothing."""
