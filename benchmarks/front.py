@@ -84,7 +84,7 @@ def standings(rows: Sequence[Row]) -> list[Standing]:
 
 def judge(bar: Bar, rows: Sequence[Row]) -> Verdict:
     """Whether ``bar`` is met by ``rows``."""
-    mine = _chosen([row for row in rows if is_ours(row)], f"xPheve {bar.method}", bar.setting)
+    mine = _chosen([row for row in rows if is_ours(row)], f"xPheve {bar.method}".rstrip(), bar.setting)
     if not mine:
         return Verdict(bar.text, "no such row of ours in this run", None)
     others = [row for row in rows if not is_ours(row) and (bar.peer or not is_aside(row))]
