@@ -87,13 +87,14 @@ class Command:
         warnings.simplefilter("ignore")
         installed = {name: peer for name, peer in peers.items() if peer is not None}
         for name in names:
-            begin = time.perf_counter()
+            begin, spent = time.perf_counter(), time.process_time()
             module = import_module(f"{self.package}.{name}")
             if name in self.specials:
                 results["specials"].append(_special(name, module, samples, quick, tuple(installed)))
             else:
                 results["scenes"] += self.rows(module, installed, samples, quick)
-            print(f"{name}: {time.perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
+            clock, cpu = time.perf_counter() - begin, time.process_time() - spent
+            print(f"{name}: {clock:.1f} s, {cpu:.1f} s of CPU", file=sys.stderr, flush=True)
         return results
 
 
