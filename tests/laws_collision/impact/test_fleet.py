@@ -207,7 +207,8 @@ def test_a_response_in_plain_python_works_and_explain_says_that_it_is_slower() -
         engine = xp.PhysicsEngine(stepper=stepper, compile="never")
         law = engine.add_law(Odd())
         balls = [
-            xp.PhysicalObject(xp.Sphere(0.1), position=(0.5 * k, 0, 0), velocity=(-0.1 * k * k, 0.01 * k, 0)) for k in range(8)
+            xp.PhysicalObject(xp.Sphere(0.1), position=(0.5 * k, 0, 0), velocity=(-0.1 * k * k, 0.01 * k, 0))
+            for k in range(8)
         ]
         engine.add_objects(balls, laws=[law])
         engine.run(until=1.5)
@@ -237,7 +238,10 @@ def test_balls_come_to_rest_on_the_floor_and_are_kicked_off_again() -> None:
         gravity = engine.add_law("basic:planet_gravity")
         engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce])
         balls = engine.add_objects(
-            [xp.PhysicalObject(xp.Sphere(0.1), position=(k, 0, 0.3 + 0.1 * k), velocity=(0.01, 0, 0)) for k in range(36)],
+            [
+                xp.PhysicalObject(xp.Sphere(0.1), position=(k, 0, 0.3 + 0.1 * k), velocity=(0.01, 0, 0))
+                for k in range(36)
+            ],
             laws=[gravity, bounce],
         )
         engine.run(until=4.0)

@@ -7,7 +7,6 @@ the text answers `xpheve.kernels.response.ASK`, and the law itself says what hap
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

@@ -11,7 +11,14 @@ from collections.abc import Iterator
 
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import Vec
-from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError, balls_apart, first_impact, first_leave, is_apart
+from xpheve_laws_collision.impact_time.advancement import (
+    STEPS,
+    UndecidedError,
+    balls_apart,
+    first_impact,
+    first_leave,
+    is_apart,
+)
 from xpheve_laws_collision.impact_time.path import Path
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane, sphere_plane_leaves
 from xpheve_laws_collision.narrow_phase import Gap, Mover
