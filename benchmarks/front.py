@@ -61,7 +61,9 @@ def error(row: Row) -> float:
 def front(rows: Sequence[Row]) -> list[Row]:
     """The rows that no other beats in time and error together, fastest first."""
     found: list[Row] = []
-    for row in sorted((row for row in counted(rows) if not is_aside(row)), key=lambda row: (row["seconds"], error(row))):
+    for row in sorted(
+        (row for row in counted(rows) if not is_aside(row)), key=lambda row: (row["seconds"], error(row))
+    ):
         if not found or error(row) < error(found[-1]):
             found.append(row)
     return found

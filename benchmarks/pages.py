@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.report import put_between
 from benchmarks import front, plots
 from benchmarks.front import Row, seconds
 from benchmarks.problem import Bar
+from benchmarks.report import put_between
 
 FIELDS = ("scene", "engine", "setting", "dt", "seconds", "spread", "error", "drift", "note")
 

@@ -107,8 +107,6 @@ def read(bodies: Sequence[Any]) -> End:
     return End(*(np.array([getattr(one, name) for one in bodies]) for name in columns))
 
 
-
-
 def listen(engine: Any, objects: Sequence[Any], to: Callable[[Any], None]) -> None:
     """Have ``to(event)`` called at each impact of the objects with one another."""
     import xpheve as xp

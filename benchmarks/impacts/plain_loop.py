@@ -276,7 +276,31 @@ def _strike(state, i, j, edge, periodic):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, x0, x1, y0, y1, z0, z1, best, partner):  # type: ignore[no-untyped-def]
+def _anew(
+    state,
+    made,
+    links,
+    heads,
+    times,
+    who,
+    places,
+    i,
+    now,
+    cells,
+    width,
+    low,
+    edge,
+    square,
+    periodic,
+    x0,
+    x1,
+    y0,
+    y1,
+    z0,
+    z1,
+    best,
+    partner,
+):  # type: ignore[no-untyped-def]
     """The next event of sphere i, into the heap."""
     best, partner = _look(
         state, links, heads, i, now, cells, edge, square, periodic, x0, x1, y0, y1, z0, z1, best, partner
@@ -320,7 +344,31 @@ def _loop(
         _enter(links, heads, i, cells)
         times[i] = -math.inf
     for i in range(n):
-        _anew(state, made, links, heads, times, who, places, i, 0.0, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
+        _anew(
+            state,
+            made,
+            links,
+            heads,
+            times,
+            who,
+            places,
+            i,
+            0.0,
+            cells,
+            width,
+            low,
+            edge,
+            square,
+            periodic,
+            -1,
+            1,
+            -1,
+            1,
+            -1,
+            1,
+            math.inf,
+            -1,
+        )
     now = 0.0
     while counts[0] < impacts:
         if times[0] > until:
@@ -339,7 +387,31 @@ def _loop(
                 state[k + 3 + axis] = -state[k + 3 + axis]
                 state[k + 7] += 1.0
                 counts[1] += 1
-                _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
+                _anew(
+                    state,
+                    made,
+                    links,
+                    heads,
+                    times,
+                    who,
+                    places,
+                    i,
+                    now,
+                    cells,
+                    width,
+                    low,
+                    edge,
+                    square,
+                    periodic,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    math.inf,
+                    -1,
+                )
                 continue
             _leave(links, heads, i, cells)
             if there < 0:
@@ -351,16 +423,136 @@ def _loop(
             links[k + axis] = there
             _enter(links, heads, i, cells)
             if j >= 0 and state[8 * j + 7] != made[4 * i + 1]:
-                _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
+                _anew(
+                    state,
+                    made,
+                    links,
+                    heads,
+                    times,
+                    who,
+                    places,
+                    i,
+                    now,
+                    cells,
+                    width,
+                    low,
+                    edge,
+                    square,
+                    periodic,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    math.inf,
+                    -1,
+                )
             elif axis == 0:
-                _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, step, step, -1, 1, -1, 1, made[4 * i], j)
+                _anew(
+                    state,
+                    made,
+                    links,
+                    heads,
+                    times,
+                    who,
+                    places,
+                    i,
+                    now,
+                    cells,
+                    width,
+                    low,
+                    edge,
+                    square,
+                    periodic,
+                    step,
+                    step,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    made[4 * i],
+                    j,
+                )
             elif axis == 1:
-                _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, step, step, -1, 1, made[4 * i], j)
+                _anew(
+                    state,
+                    made,
+                    links,
+                    heads,
+                    times,
+                    who,
+                    places,
+                    i,
+                    now,
+                    cells,
+                    width,
+                    low,
+                    edge,
+                    square,
+                    periodic,
+                    -1,
+                    1,
+                    step,
+                    step,
+                    -1,
+                    1,
+                    made[4 * i],
+                    j,
+                )
             else:
-                _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, step, step, made[4 * i], j)
+                _anew(
+                    state,
+                    made,
+                    links,
+                    heads,
+                    times,
+                    who,
+                    places,
+                    i,
+                    now,
+                    cells,
+                    width,
+                    low,
+                    edge,
+                    square,
+                    periodic,
+                    -1,
+                    1,
+                    -1,
+                    1,
+                    step,
+                    step,
+                    made[4 * i],
+                    j,
+                )
             continue
         if state[8 * j + 7] != made[4 * i + 1]:
-            _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
+            _anew(
+                state,
+                made,
+                links,
+                heads,
+                times,
+                who,
+                places,
+                i,
+                now,
+                cells,
+                width,
+                low,
+                edge,
+                square,
+                periodic,
+                -1,
+                1,
+                -1,
+                1,
+                -1,
+                1,
+                math.inf,
+                -1,
+            )
             continue
         _move(state, i, now)
         _move(state, j, now)
@@ -368,8 +560,56 @@ def _loop(
         state[k + 7] += 1.0
         state[8 * j + 7] += 1.0
         counts[0] += 1
-        _anew(state, made, links, heads, times, who, places, i, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
-        _anew(state, made, links, heads, times, who, places, j, now, cells, width, low, edge, square, periodic, -1, 1, -1, 1, -1, 1, math.inf, -1)
+        _anew(
+            state,
+            made,
+            links,
+            heads,
+            times,
+            who,
+            places,
+            i,
+            now,
+            cells,
+            width,
+            low,
+            edge,
+            square,
+            periodic,
+            -1,
+            1,
+            -1,
+            1,
+            -1,
+            1,
+            math.inf,
+            -1,
+        )
+        _anew(
+            state,
+            made,
+            links,
+            heads,
+            times,
+            who,
+            places,
+            j,
+            now,
+            cells,
+            width,
+            low,
+            edge,
+            square,
+            periodic,
+            -1,
+            1,
+            -1,
+            1,
+            -1,
+            1,
+            math.inf,
+            -1,
+        )
     if counts[0] < impacts:
         now = until
     for i in range(n):

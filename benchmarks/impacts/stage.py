@@ -209,7 +209,11 @@ def step_of(dt: float) -> str:
 def room(low: Vec, high: Vec) -> list[Thing]:
     """Six planes that look inwards."""
     return [
-        Thing("plane", tuple(sign * float(k == axis) for k in range(3)), tuple(c * float(k == axis) for k, c in enumerate(corner)))
+        Thing(
+            "plane",
+            tuple(sign * float(k == axis) for k in range(3)),
+            tuple(c * float(k == axis) for k, c in enumerate(corner)),
+        )
         for corner, sign in ((low, 1.0), (high, -1.0))
         for axis in range(3)
     ]

@@ -1,4 +1,7 @@
-"""PyBullet. Default: as it comes. Tuned: maximal coordinates, no damping, contactProcessingThreshold 0, erp = contactERP = 0, no threshold of restitution."""
+"""PyBullet. Default: as it comes. Tuned: maximal coordinates, no damping, no threshold of restitution.
+
+And contactProcessingThreshold 0, erp = contactERP = 0.
+"""
 
 from __future__ import annotations
 

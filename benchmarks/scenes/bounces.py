@@ -55,7 +55,13 @@ def problem(ball: Ball) -> Staged:
         bars=[
             Bar("within 1e-11 m", "all errors", error=1e-11),
             Bar("energy within 1e-13", "drift", error=1e-13),
-            Bar("at most a tenth of the time of the fastest peer at 1/240", "ratio", peer_setting="dt 1/240", ratio=0.1, error=1e-11),
+            Bar(
+                "at most a tenth of the time of the fastest peer at 1/240",
+                "ratio",
+                peer_setting="dt 1/240",
+                ratio=0.1,
+                error=1e-11,
+            ),
         ],
         short=1.0,
     )

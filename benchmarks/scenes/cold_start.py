@@ -13,8 +13,16 @@ from benchmarks.front import seconds
 from benchmarks.tracing.starts import child
 
 ROOT = Path(__file__).resolve().parents[2]
-SAMPLES = 3
-NAMES = ("process", "start to end", "CPU time", "of it to come by compiled code", "first run after the plan", "compiled", "numba imported")
+SAMPLES = 2
+NAMES = (
+    "process",
+    "start to end",
+    "CPU time",
+    "of it to come by compiled code",
+    "first run after the plan",
+    "compiled",
+    "numba imported",
+)
 PROGRAM = """
 import hashlib, json, sys, time
 sys.path.insert(0, {root!r})
@@ -66,7 +74,9 @@ def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]
         "text": "On the clock, medians; of a process the whole, with Python, NumPy, building 666 objects. Compiled code as the engine tells of it. "
         + ("Cold and from cache end in the same bits." if same else "COLD AND FROM CACHE END IN DIFFERENT BITS."),
         "bars": [
-            _bar("cold compile of S5 under 8 s", cold["made"], 8.0, compiled),
+            _bar(
+                "cold compile of S5 under 8 s (CPU time more than from cache)", cold["cpu"] - warm["cpu"], 8.0, compiled
+            ),
             _bar("from cache under 1 s", warm["made"], 1.0, compiled),
             {
                 "text": "small scenes compile nothing",

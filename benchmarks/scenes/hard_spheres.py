@@ -62,7 +62,9 @@ def contact_distance(spheres: Any, impacts: int) -> float:
     from benchmarks.impacts.plain_loop import enskog_rate
 
     seen: list[float] = []
-    engine, _, objects = build(spheres, lambda event: seen.extend(abs(contact.separation) for contact in event.contacts))
+    engine, _, objects = build(
+        spheres, lambda event: seen.extend(abs(contact.separation) for contact in event.contacts)
+    )
     n = len(objects)
     packing = n * math.pi / 6.0 * (spheres.diameter / spheres.edge) ** 3
     engine.run(until=impacts / enskog_rate(n, packing, spheres.diameter))
@@ -104,7 +106,7 @@ def one(start: Any, packing: float, impacts: int, loop: float, plain_loop: Any) 
         built = cpu_time(lambda: found.extend(build(start)))
     except Exception as wrong:  # what is not there is said
         return {"n": n, "packing": packing, "wrong": f"{type(wrong).__name__}: {wrong}"}
-    engine, law, objects = found
+    engine, law, _ = found
     plain = plain_loop._at_zero(start)
     plain_loop.run(plain, until=1e-9)
     before, begun = law.evaluations, plain.impacts
@@ -169,7 +171,7 @@ def _told(rows: list[dict[str, Any]], bars: list[dict[str, Any]], text: str) -> 
         "names": NAMES,
         "rows": [_cells(row) for row in rows],
         "text": text
-        or "The last row is the start of the prototype. \"A fixed loop\": impacts in the time of `benchmarks/calibrate`'s compiled loop. "
+        or 'The last row is the start of the prototype. "A fixed loop": impacts in the time of `benchmarks/calibrate`\'s compiled loop. '
         "The plain loop has no engine around it, and knows elastic spheres of one size only.",
         "bars": bars,
         "data": rows,
@@ -193,5 +195,3 @@ def _cells(row: dict[str, Any]) -> list[str]:
         f"{row['energy']:.1e}",
         f"{row['built']:.1f} s",
     ]
-
-

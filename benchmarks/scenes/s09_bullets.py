@@ -1,4 +1,4 @@
-"""S9: a bullet of radius 0.01 m flies at a wall 0.01 m thick, at 10 to 10,000 m/s: does it pass, and where is it 0.1 s later?
+"""S9: a bullet of radius 0.01 m flies at a wall 0.01 m thick, at 10 to 10,000 m/s: who stops it.
 
 Ours besides: at restitution 0 the speed and the gap that are left, at restitution 1 the instant of the impact against fractions.
 """
@@ -65,7 +65,11 @@ def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]
         "rows": rows,
         "text": f"Stopped at the face the centre is at {away:g} m. The 1,000 random cases of spheres, rods and moving walls are tests.",
         "bars": [
-            {"text": "none passes", "found": f"{sum(x > 0 for x, _ in mine)} of {len(mine)}", "met": all(x < 0 for x, _ in mine)},
+            {
+                "text": "none passes",
+                "found": f"{sum(x > 0 for x, _ in mine)} of {len(mine)}",
+                "met": all(x < 0 for x, _ in mine),
+            },
             {"text": "restitution 0: speed left below 1e-9 m/s", "found": f"{speed:.1e}", "met": speed < 1e-9},
             {"text": "restitution 0: at the wall within 1e-9 m", "found": f"{gap:.1e}", "met": gap < 1e-9},
             {"text": "restitution 1: instant within 1e-12 s", "found": f"{max(late):.1e}", "met": max(late) <= 1e-12},

@@ -31,7 +31,7 @@ def stage(balls: int, strikers: int) -> Stage:
 
 
 def exact(balls: int, strikers: int) -> Array:
-    """The speeds at the end, in the order of the stage: as many as strike leave, the farthest of the row; of more strikers than balls the foremost."""
+    """The speeds at the end, as the stage has them: as many as strike leave, the farthest; of more strikers than balls the foremost, too."""
     order = sorted(range(balls + strikers), key=lambda k: k if k < balls else balls - 1 - k)
     # From left to right: strikers (the last first), then the row. The speeds keep their order: the rightmost get 1.
     speeds = np.zeros(balls + strikers)
@@ -70,7 +70,9 @@ def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]
                     world = module.World(stage(5, k), setting, dt)
                     world.advance(round(SPAN / dt))
                     found.append(off(world.read().velocity, 5, k))
-                rows.append([f"{module.NAME} {setting}", step_of(dt), *(f"{one:.2g}" for one in found), f"{max(found):.2g}"])
+                rows.append(
+                    [f"{module.NAME} {setting}", step_of(dt), *(f"{one:.2g}" for one in found), f"{max(found):.2g}"]
+                )
     return {
         "id": "S10",
         "title": "Newton's cradle",
@@ -78,5 +80,7 @@ def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]
         "rows": rows,
         "text": f"Largest deviation [m/s] of a ball from the exact answer. All cradles: {len(each)}, of {min(sizes)} to {max(sizes)} balls "
         f"with {min(strikers)} to {max(strikers)} strikers.",
-        "bars": [{"text": "cradles of 2 to 20 with 1 to 5 strikers: 1e-12", "found": f"{worst:.1e}", "met": worst <= 1e-12}],
+        "bars": [
+            {"text": "cradles of 2 to 20 with 1 to 5 strikers: 1e-12", "found": f"{worst:.1e}", "met": worst <= 1e-12}
+        ],
     }

@@ -1,4 +1,4 @@
-"""S12 with contacts armed: 10,000 spheres fall far apart; what does it cost that any two might meet?
+"""S12 with contacts armed: 10,000 spheres fall far apart, and any two might meet.
 
 Engines of xPheve with and without a law of impacts have their turns, a step of 1/60 s with a read of all places and velocities after the
 other; peers look for contacts too, and are not read.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache, partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def watched(of: Stage, seen: Sequence[End]) -> dict[str, float]:
     """The deepest penetration [m], and by how much the energy rose at most between two looks, over that at the start."""
     energies = [of.energy(end) for end in (of.start, *seen)]
     deepest = max(of.overlap(end) for end in seen)
-    rises = [b - a for a, b in zip(energies, energies[1:], strict=False)]
+    rises = [b - a for a, b in pairwise(energies)]
     return {"error": deepest, "energy rises by at most": max(0.0, float(max(rises) / energies[0]))}
 
 
@@ -71,16 +72,20 @@ def problem(of: Stage, span: float = SPAN) -> Staged:
         drift=of.drift,
         watched=partial(watched, of),
         stage=of,
-        peers={
-            name: [(one, 1 / 240) for one in ("default", "tuned")] for name in ("mujoco", "pybullet", "rapier3d")
-        },
+        peers={name: [(one, 1 / 240) for one in ("default", "tuned")] for name in ("mujoco", "pybullet", "rapier3d")},
         bars=[
             Bar("nothing below the scenery (1e-12 m)", "all errors", error=1e-12),
-            Bar("energy never rises by more than 1e-12 of its scale", "value", key="energy rises by at most", ratio=1e-12),
+            Bar(
+                "energy never rises by more than 1e-12 of its scale",
+                "value",
+                key="energy rises by at most",
+                ratio=1e-12,
+            ),
             Bar("faster than PyBullet at 1/240", "ratio", peer="PyBullet", ratio=1.0),
             Bar("faster than MuJoCo at 1/240", "ratio", peer="MuJoCo", ratio=1.0),
         ],
-        notes="The column \"energy error\" is the change from the start: with restitution 0.9 most is lost, and should be. DART is left out: it would take a minute.",
+        notes='The column "energy error" is the change from the start: with restitution 0.9 most is lost, and should be. '
+        "DART is left out: it would take a minute.",
         short=0.3,
     )
 

@@ -30,9 +30,7 @@ def build(engine: Any) -> Sequence[Any]:
         xp.PhysicalObject(xp.Plane((0, 0, -1)), fixed=True, position=(0, 0, HEIGHT)),
     ]
     engine.add_objects(plates, laws=[rough])
-    ball = xp.PhysicalObject(
-        xp.Sphere(RADIUS), mass=0.05, position=POSITION, velocity=VELOCITY, angular_velocity=SPIN
-    )
+    ball = xp.PhysicalObject(xp.Sphere(RADIUS), mass=0.05, position=POSITION, velocity=VELOCITY, angular_velocity=SPIN)
     return [engine.add_object(ball, laws=[rough])]
 
 
@@ -66,6 +64,7 @@ def error(end: End, span: float = SPAN) -> float:
 
 def drift(end: End) -> float:
     """Change of the energy, of turning too, over that at the start."""
+
     def energy(v: Any, w: Any) -> Any:
         v, w = np.asarray(v, np.longdouble), np.asarray(w, np.longdouble)
         return (v * v).sum() + np.longdouble(0.4) * np.longdouble(RADIUS) ** 2 * (w * w).sum()

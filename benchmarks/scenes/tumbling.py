@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -19,7 +20,16 @@ from benchmarks.problem import End
 
 IMPACTS_OF_ALL, IMPACTS_BACK, GRAVITY = 100, 5, 9.81
 STEPS = (1 / 240, 1 / 1000)
-NAMES = ("body", "engine", "setting", "CPU time", "ms an impact", "energy error", "momentum less impulses", "error after the way back")
+NAMES = (
+    "body",
+    "engine",
+    "setting",
+    "CPU time",
+    "ms an impact",
+    "energy error",
+    "momentum less impulses",
+    "error after the way back",
+)
 
 _TURNED = (math.cos(0.35), 0.3 * math.sin(0.35), -0.5 * math.sin(0.35), math.sqrt(1 - 0.34) * math.sin(0.35))
 BODIES = {
@@ -108,11 +118,13 @@ def measure(samples: int, quick: bool, peers: tuple[str, ...]) -> dict[str, Any]
         took, ends = [], []
         for _ in range(min(samples, 3)):
             tumble = Tumble(of)
-            took.append(cpu_time(lambda tumble=tumble: tumble.engine.run(until=span)))  # type: ignore[misc]
+            took.append(cpu_time(partial(tumble.engine.run, until=span)))  # type: ignore[misc]
             ends.append(tumble.end)
         taken, _ = middle(took)
         energy, momentum, off = abs(of.drift(ends[0])), momentum_error(of, span), way_back(of, back)
-        rows.append((name, "xPheve", f"{count} impacts, {span:.1f} s", taken, 1e3 * taken / count, energy, momentum, off))
+        rows.append(
+            (name, "xPheve", f"{count} impacts, {span:.1f} s", taken, 1e3 * taken / count, energy, momentum, off)
+        )
         bars += [
             _bar(f"{name}: energy within 1e-10 after {count} impacts", energy, 1e-10),
             _bar(f"{name}: momentum equals the impulses of the walls within 1e-10", momentum, 1e-10),

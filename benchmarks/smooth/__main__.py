@@ -35,7 +35,6 @@ SCENES = (
 SPECIALS = ("kepler_outputs", "energy_growth", "dust")
 
 
-
 def rows(module: ModuleType, peers: Peers, samples: int, quick: bool) -> list[dict[str, Any]]:
     """What is told of the scenes of a module; one with ``VARIANTS`` is the same scene with several starts."""
     if hasattr(module, "VARIANTS"):

@@ -10,7 +10,21 @@ import numpy as np
 
 from benchmarks.problem import Array, Bar, End, Scene
 
-__all__ = ["Array", "Bar", "End", "Ours", "Problem", "Slope", "Spin", "Swarm", "distance", "relative", "steps", "swarm_engine", "tolerances"]
+__all__ = [
+    "Array",
+    "Bar",
+    "End",
+    "Ours",
+    "Problem",
+    "Slope",
+    "Spin",
+    "Swarm",
+    "distance",
+    "relative",
+    "steps",
+    "swarm_engine",
+    "tolerances",
+]
 
 Formula = Callable[[Any, Any], tuple[Any, ...]]
 

@@ -23,8 +23,7 @@ def load(name: str) -> Any:
 
 
 command, front, ours, pages, peers, stages, turns = (
-    load(name)
-    for name in ("impacts.__main__", "front", "impacts.ours", "pages", "peers", "impacts.stage", "turns")
+    load(name) for name in ("impacts.__main__", "front", "impacts.ours", "pages", "peers", "impacts.stage", "turns")
 )
 plain = load("impacts.plain_loop")
 bounces, bullets, cradles, hard_spheres, spheres, scenery, superball, tumbling = (
@@ -63,9 +62,7 @@ def all_pairs(start: Any, until: float) -> tuple[Any, Any, int, int]:
     """The same from event to event by looking at all pairs and walls each time."""
     x, v, r, t, met, walls = start.position.copy(), start.velocity.copy(), 0.5 * start.diameter, 0.0, 0, 0
     while True:
-        events = [
-            (meeting(x[i] - x[j], v[i] - v[j], start.diameter**2), i, j) for i in range(len(x)) for j in range(i)
-        ]
+        events = [(meeting(x[i] - x[j], v[i] - v[j], start.diameter**2), i, j) for i in range(len(x)) for j in range(i)]
         for i, k in np.ndindex(*x.shape):
             wall = start.edge - r if v[i, k] > 0 else r
             events.append((max(0.0, (wall - x[i, k]) / v[i, k]), i, -1 - k))
