@@ -49,7 +49,7 @@ class Handles(Looking):
         if name == "angular_velocity" and world.contacts is not None:
             world.contacts.check_turning(obj, value)
         if world.periodic is not None and name == "position":
-            from xpheve.plan.periodic import wrapped
+            from xpheve.periodic import wrapped
 
             held = world.read_row(obj._row, name)
             value = wrapped(value, world.periodic)

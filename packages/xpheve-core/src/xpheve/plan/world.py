@@ -186,7 +186,7 @@ class World:
         found = self.read_row(row, name, t)
         if self.periodic is None or name != "position":
             return found
-        from xpheve.plan.periodic import wrapped
+        from xpheve.periodic import wrapped
 
         return wrapped(found, self.periodic)
 
@@ -194,7 +194,7 @@ class World:
         """`read_all` now, as users see it: in a periodic scene the images in the box."""
         found = self.read_all(name, self.time, out)
         if self.periodic is not None and name == "position":
-            from xpheve.plan.periodic import wrap_rows
+            from xpheve.periodic import wrap_rows
 
             wrap_rows(found, self.periodic)
         return found
