@@ -109,6 +109,16 @@ def test_a_pack_may_import_math_and_kernels(tmp_path: Path) -> None:
     assert run("def entry(f, n):\n    f[1][0] = lift__f(f[0][0])\n    return 0\n", files, 4.0) == math.inf
 
 
+def test_kernel_files_of_a_pack_import_each_other_if_all_are_named(tmp_path: Path) -> None:
+    files = pack_file(tmp_path, "TWO = 2.0\ndef twice(x):\n    return TWO * x\n", "basis.py")
+    files |= pack_file(tmp_path, "from some_pack.shapes.basis import twice\ndef up(x):\n    return twice(x) + 1.0\n")
+    body = "def entry(f, n):\n    f[0][0] = lift__up(f[0][0])\n    return 0\n"
+    given = np.array([3.0])
+    assert interpreted(assemble(body, files))([given], [np.zeros(1, dtype=np.int64)]) == 0 and given[0] == 7.0
+    with pytest.raises(CompileError, match="named with it"):
+        assemble(body, {"lift": files["lift"]})
+
+
 @pytest.mark.parametrize(
     ("text", "line", "says"),
     [

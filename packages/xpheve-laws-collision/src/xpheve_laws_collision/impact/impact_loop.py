@@ -421,23 +421,12 @@ class ImpactLoop:
         return float(self._counts[rows.CROSSINGS] - 20 * self._counts[rows.IMPACTS])
 
     def next_time(self) -> Instant:
-        """When the earliest impact is due; `NEVER` for none."""
+        """When there is something to do: no impact is before; `NEVER` for nothing."""
         self._prepare()
         self._call(LOOK)
-        while True:
-            at = int(self.n[rows.TREE][1])
-            high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
-            if high == math.inf:
-                return NEVER
-            event, place = self._event[at], self._place[at]
-            if (event[rows.HITS], event[rows.HITS + 1]) == (high, low):
-                return high, low
-            if (event[rows.MEETS], event[rows.MEETS + 1]) == (high, low):
-                if self._link[place[rows.PARTNER], rows.STAMP] == place[rows.SEEN]:
-                    return high, low
-            self._space[rows.LIMIT : rows.LIMIT + 2] = high, math.inf  # a place that leaves its cell, or a stale event
-            self._counts[rows.BUDGET] = 1
-            self._call(RUN)
+        at = int(self.n[rows.TREE][1])
+        high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
+        return NEVER if high == math.inf else (high, low)
 
     def run(self, limit: Instant) -> Outcome:
         """Let all events strictly before ``limit`` happen; its offset may be infinite."""

@@ -94,6 +94,7 @@ from xpheve_laws_collision.impact.rows import (
     SIZE,
     SPHERE,
     SPIN,
+    SKIP,
     STAMP,
     STATE,
     STATES,
@@ -442,6 +443,8 @@ def with_place(f: Any, n: Any, i: int, now: Instant) -> int:
     law = law_of(n, n[LINK][LINKS * i + MASK] & n[LINK][LINKS * j + MASK])
     if not asked(n, law, place[p + HEARD] & place[q + HEARD]):
         return BY_LAW
+    if place[p + SKIP] >= 0 or place[q + SKIP] >= 0:
+        return TOUCHED
     state = f[STATE]
     xa, va, pull_a = state_at(f, i, now)
     xb, vb, pull_b = state_at(f, j, now)
@@ -528,6 +531,8 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
     law = law_of(n, n[LINK][LINKS * i + MASK] & n[MASKS][2 * wall])
     if not asked(n, law, place[p + HEARD] & n[MASKS][2 * wall + 1]):
         return BY_LAW
+    if place[p + SKIP] >= 0:
+        return TOUCHED
     state = f[STATE]
     radius = state[STATES * i + RADIUS]
     x, v, pull = state_at(f, i, now)
