@@ -9,14 +9,22 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.laws_collision.queries.query_scenes import (
+    BOUNDED,
+    SHAPES,
+    SOLID,
+    directions,
+    moved,
+    quaternions,
+    scene,
+    vectors,
+)
 
 import xpheve as xp
 from xpheve.errors import ContactError
 from xpheve.kernels.quaternion import rotate, rotate_inverse
 from xpheve_laws_collision.queries.casting import _ahead
 from xpheve_laws_collision.rays import crossing
-
-from tests.laws_collision.queries.query_scenes import BOUNDED, SHAPES, SOLID, directions, moved, quaternions, scene, vectors
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
@@ -140,7 +148,7 @@ def test_closed_forms_in_arrays_and_one_by_one_agree(kind: str, origin: Any, dir
     alone = _ahead(SHAPES[kind], rotate_inverse(q, start), rotate_inverse(q, along), q, 1e-12)
     if hit is None or alone is None:
         # What grazes may go by in one of them.
-        assert hit is None and alone is None or (hit and hit.distance or alone and alone[0] or 0.0) > 0.0
+        assert (hit is None and alone is None) or ((hit and hit.distance) or (alone and alone[0]) or 0.0) > 0.0
     else:
         assert hit.distance == pytest.approx(alone[0], abs=1e-7)
 
