@@ -5,6 +5,7 @@ Nothing here decides an outcome: a pair that is named too often costs a predicti
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 
 MANY = 48  # from this many moving bodies on, pairs are found window by window
 USUAL = (1, int(ALL_GROUPS))  # collision group and mask of bodies that were given none
+FAR = 1e140  # [m] the squares of lengths up to this have a sum
+BULLETS = 16  # so many bodies may be far faster than the others
 PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
@@ -179,20 +182,22 @@ class BroadPhase:
         speed2: Any = 0.0
         bend2: Any = 0.0
         size = 0.0
-        for k in range(3):  # a component at a time: its arrays stay in the cache, and are not fresh pages each time
-            own_x = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
-            d = x[k, which] + behind * (v[k, which] + (0.5 * behind) * a[k, which]) - own_x
-            w = v[k, which] + behind * a[k, which] - (v[k, row] + ahead * a[k, row])
-            bend = a[k, which] - a[k, row]
-            gap2, speed2, bend2 = gap2 + d * d, speed2 + w * w, bend2 + bend * bend
-            closing = closing - d * w
-            size = max(size, float(d.max()), float(-d.min())) + 2.0 * abs(float(x[k, row]))
-        radius = self.radii[: bodies.count][which]
-        reach = self.radii[row] + radius + SLACK * (1e-3 * size + radius)
-        bent = bend2 > 0.0
-        if bent.any():
-            reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(
+            all="ignore"
+        ):  # what is beyond floats is infinite or no number here, and then not out of reach
+            for k in range(3):  # a component at a time: its arrays stay in the cache, and are not fresh pages each time
+                own_x = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
+                d = x[k, which] + behind * (v[k, which] + (0.5 * behind) * a[k, which]) - own_x
+                w = v[k, which] + behind * a[k, which] - (v[k, row] + ahead * a[k, row])
+                bend = a[k, which] - a[k, row]
+                gap2, speed2, bend2 = gap2 + d * d, speed2 + w * w, bend2 + bend * bend
+                closing = closing - d * w
+                size = max(size, float(d.max()), float(-d.min())) + 2.0 * abs(float(x[k, row]))
+            radius = self.radii[: bodies.count][which]
+            reach = self.radii[row] + radius + SLACK * (1e-3 * size + radius)
+            bent = bend2 > 0.0
+            if bent.any():
+                reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
             far: NDArray[np.bool_] = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2
@@ -206,16 +211,15 @@ class BroadPhase:
         moving = ~self.world.bodies.fixed[self.rows]
         extent = np.ptp(x, axis=1)
         spread = np.maximum(extent, extent.max() * 1e-3)
-        spacing = PART * max(float(np.prod(spread / len(self.rows) ** (1 / 3)) ** (1 / 3)), float(self.radii.max()))
-        speed, bend = (
-            float(np.sqrt(((one[:, moving] - one[:, moving].mean(axis=1, keepdims=True)) ** 2).sum(axis=0).mean()))
-            for one in (v, a)
-        )
-        times = [spacing / speed if speed else np.inf, np.sqrt(2 * spacing / bend) if bend else np.inf]
-        falling = [float(np.sqrt((one[:, moving] ** 2).sum(axis=0).mean())) for one in (v, a)]
+        with np.errstate(over="ignore"):
+            distance = max(float(np.prod(spread ** (1 / 3)) / len(self.rows) ** (1 / 3)), float(self.radii.max()))
+        spacing = PART * distance
+        speeds, bends = (_sizes(one[:, moving] - _common(one[:, moving])) for one in (v, a))
+        times = [_window(speeds, distance), math.sqrt(2.0 * _window(bends, distance))]
+        falling = [float(np.median(_sizes(one[:, moving]))) for one in (v, a)]
         if self.planes:
             times += [8 * spacing / falling[0] if falling[0] else np.inf]
-            times += [np.sqrt(16 * spacing / falling[1]) if falling[1] else np.inf]
+            times += [math.sqrt(16 * spacing / falling[1]) if falling[1] else np.inf]
         return min(times)
 
     def sweep(self, span: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]] | None:
@@ -230,12 +234,12 @@ class BroadPhase:
         moving = ~self.world.bodies.fixed[rows]
         pairs_of_planes = self._near_planes(x, v, a, moving, span)
         if moving.all():
-            v = v - v.mean(axis=1, keepdims=True)
-            a = a - a.mean(axis=1, keepdims=True)
+            v = v - _common(v)
+            a = a - _common(a)
         low, high = extremes(x, v, a, span)
         margin = self.radii[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
         low, high = low - margin, high + margin
-        k = int(np.argmax((low + high).std(axis=1) / np.maximum((high - low).mean(axis=1), 1e-300)))
+        k = _best_axis(low, high)
         order = np.argsort(low[k], kind="stable")
         low, high, moving, rows = low[:, order], high[:, order], moving[order], rows[order]
         last = np.searchsorted(low[k], high[k], side="right")
@@ -266,3 +270,43 @@ class BroadPhase:
             joint = self.joint(self.rows, plane._row)
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
         return found
+
+
+def _best_axis(low: Array, high: Array) -> int:
+    """The axis along which boxes are spread most, beside their widths; lengths beyond `FAR` count as that."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        middles, widths = np.clip(low + high, -FAR, FAR), np.clip(high - low, 1e-300, FAR)
+    return int(np.argmax(np.nan_to_num(middles).std(axis=1) / widths.mean(axis=1)))
+
+
+def _common(vectors: Array) -> Array:
+    """The motion (3, 1) that most of ``vectors`` (3, n) have in common: the median, which one that is 1e12 times as fast does not move."""
+    middle: Array = np.median(vectors, axis=1, keepdims=True)
+    return middle
+
+
+def _sizes(vectors: Array) -> Array:
+    """Lengths (n,) of vectors (3, n), infinite where no float holds them."""
+    with np.errstate(over="ignore"):
+        lengths: Array = np.hypot(np.hypot(vectors[0], vectors[1]), vectors[2])
+    return lengths
+
+
+def _window(rates: Array, distance: float) -> float:
+    """The time in which bodies go `PART` of the mean ``distance`` between them, on average.
+
+    Up to `BULLETS` that are far faster than the others count little: each may pass all others in a window, which costs a prediction
+    for each, where windows as short as it asks for would never end.
+    """
+    ordered = np.sort(rates)[::-1]
+    count = len(ordered)
+    cap = PART * count / (BULLETS + 1)  # distances that one body counts at most
+    with np.errstate(over="ignore", invalid="ignore"):
+        rest = np.append(np.cumsum(ordered[::-1])[::-1], 0.0)  # of those from the k-th on
+    for fast in range(min(BULLETS, count) + 1):
+        if rest[fast] == 0.0:
+            return math.inf
+        span = distance * (PART * count - fast * cap) / float(rest[fast])
+        if fast == count or float(ordered[fast]) * span <= cap * distance:
+            return span
+    return span
