@@ -5,12 +5,15 @@ Nothing here decides an outcome: a pair that is named too often costs a predicti
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.kernels.clock import Instant
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.server.curves import Curves
 
 Rows = NDArray[np.int64]
 Array = NDArray[np.float64]
@@ -20,11 +23,27 @@ MANY = 48  # from this many moving bodies on, pairs are found window by window
 PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
-class BroadPhase:
-    """Rows that somebody asks contacts of, and where they may get to while they fly on as they do (all along parabolas)."""
+class _Flights(NamedTuple):
+    """Clocks (2, rows), places, velocities and accelerations (3, rows), and bounds [m/s^2] on what bends rows besides; None if nothing does."""
 
-    def __init__(self, world: Any) -> None:
+    clock: Array
+    x: Array
+    v: Array
+    a: Array
+    bend: Array | None
+
+
+class BroadPhase:
+    """Rows that somebody asks contacts of, and where they may get to while they fly on as they do.
+
+    What flies on a curve is taken as straight from where its window begins, with a bound on the acceleration that bends it.
+    """
+
+    def __init__(self, world: Any, curves: Curves) -> None:
         self.world = world
+        self.curves = curves
+        self._curved: list[int] = []
+        """Rows that fly on curves, of those that somebody asks contacts of."""
         self._structure = -1
         self._change = -1
         self._numbers: dict[Any, int] = {}
@@ -106,18 +125,62 @@ class BroadPhase:
                 if "acceleration" not in batch.state.arrays:
                     return False
                 self._acceleration[:, batch.state.rows] = batch.state.arrays["acceleration"]
+        self._curved = self._on_curves()
         self._change = bodies.change
         return True
+
+    def _on_curves(self) -> list[int]:
+        """The rows that fly on curves, of those that somebody asks contacts of."""
+        found: list[int] = []
+        for batch in self.world.batches:
+            if batch.state.count and self.world.flight(int(batch.state.rows[0])).curved:
+                rows = batch.state.rows
+                found += rows[self._mask[rows] != 0].tolist()
+        return found
+
+    def _straight(self) -> _Flights:
+        """What `_out_of_reach` goes by: flights as the bodies have them, but of rows on curves."""
+        bodies, n = self.world.bodies, self.world.bodies.count
+        found = _Flights(bodies.clock, bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration, None)
+        if not self._curved:
+            return found
+        found = _Flights(*(array[:, :n].copy() for array in found[:4]), np.zeros(n))
+        assert found.bend is not None
+        for row in self._curved:
+            obj, flight = bodies.objects[row], self.world.flight(row)
+            course = self.curves.course(obj, flight)
+            if course is not None:
+                x, v, _ = self.curves.centre(obj, course.begin, flight)
+                found.clock[:, row], found.x[:, row], found.v[:, row] = course.begin, x, v
+                found.a[:, row], found.bend[row] = 0.0, course.most()
+        return found
 
     def _at(self, rows: Rows, t: Instant) -> tuple[Array, Array, Array]:
         """Positions, velocities and accelerations of ``rows`` at ``t``, (3, rows)."""
         bodies = self.world.bodies
         s = (t[0] - bodies.clock[0, rows]) + (t[1] - bodies.clock[1, rows])
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], self._acceleration[:, rows]
-        return x + s * (v + 0.5 * s * a), v + s * a, a
+        x, v = x + s * (v + 0.5 * s * a), v + s * a
+        for row in self._curved:
+            place = int(np.searchsorted(rows, row))
+            if place < len(rows) and rows[place] == row:
+                obj = bodies.objects[row]
+                x[:, place], v[:, place], a[:, place] = self.curves.centre(obj, t, self.world.flight(row))
+        return x, v, a
+
+    def _bent(self, rows: Rows) -> Array | None:
+        """Bounds [m/s^2] on the accelerations of ``rows`` that fly on curves, 0 of others; None if none does."""
+        if not self._curved:
+            return None
+        found = np.zeros(self.world.bodies.count)
+        for row in self._curved:
+            course = self.curves.course(self.world.bodies.objects[row], self.world.flight(row))
+            found[row] = 0.0 if course is None else course.most()
+        bends: Array = found[rows]
+        return bends
 
     def near(self, row: int, horizon: float) -> Rows:
-        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base."""
+        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base, or the beginning of its window on a curve."""
         n = self.world.bodies.count
         joint = self._mask[:n] & self._mask[row] != 0
         joint &= self._bounded[:n]
@@ -138,11 +201,11 @@ class BroadPhase:
     def _out_of_reach(self, row: int, which: slice | Rows, horizon: float) -> NDArray[np.bool_]:
         """Which of ``which`` the row cannot meet, by the closest approach of straight relative paths and what bends them."""
         bodies = self.world.bodies
-        late = (bodies.clock[0, which] - bodies.clock[0, row]) + (bodies.clock[1, which] - bodies.clock[1, row])
+        clock, x, v, a, curve = self._straight()
+        late = (clock[0, which] - clock[0, row]) + (clock[1, which] - clock[1, row])
         shared = len(late) > 0 and bool((late == late[0]).all())
         since: Any = float(late[0]) if shared else late  # one number where all were re-based together
         behind, ahead = np.maximum(-since, 0.0), np.maximum(since, 0.0)
-        x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration
         gap2: Any = 0.0
         closing: Any = 0.0
         speed2: Any = 0.0
@@ -161,6 +224,10 @@ class BroadPhase:
         bent = bend2 > 0.0
         if bent.any():
             reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
+        if curve is not None:
+            with np.errstate(invalid="ignore"):  # no bound, over no time
+                own, others = curve[row] * (horizon + ahead) ** 2, curve[which] * (horizon + behind) ** 2
+            reach += 0.5 * (np.nan_to_num(own, posinf=np.inf) + np.nan_to_num(others, posinf=np.inf))
         with np.errstate(divide="ignore", invalid="ignore"):
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
@@ -197,12 +264,20 @@ class BroadPhase:
         rows = self.rows
         x, v, a = self._at(rows, self.world.time)
         moving = ~self.world.bodies.fixed[rows]
-        pairs_of_planes = self._near_planes(x, v, a, moving, span)
+        bends = self._bent(rows)
+        extra = np.zeros(len(rows))
+        if bends is not None:
+            a = np.where(bends > 0.0, 0.0, a)
+            extra = np.nan_to_num(0.5 * bends * (span * span), posinf=np.inf)
+        pairs_of_planes = self._near_planes(x, v, a, moving, span, extra)
         if moving.all():
             v = v - v.mean(axis=1, keepdims=True)
             a = a - a.mean(axis=1, keepdims=True)
         low, high = _bounds(x, v, a, span)
         margin = self._radius[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+        if extra.any():  # what has no bound may be wherever another is
+            widest = float((high + margin).max() - (low - margin).min())
+            margin = margin + np.minimum(extra, widest)
         low, high = low - margin, high + margin
         k = int(np.argmax((low + high).std(axis=1) / np.maximum((high - low).mean(axis=1), 1e-300)))
         order = np.argsort(low[k], kind="stable")
@@ -226,12 +301,14 @@ class BroadPhase:
             found += zip(i[joint].tolist(), j[joint].tolist(), strict=True)
         return found, pairs_of_planes
 
-    def _near_planes(self, x: Array, v: Array, a: Array, moving: Any, span: float) -> list[tuple[int, int]]:
+    def _near_planes(
+        self, x: Array, v: Array, a: Array, moving: Any, span: float, extra: Array
+    ) -> list[tuple[int, int]]:
         found: list[tuple[int, int]] = []
         for number, plane in enumerate(self.planes):
             normal, level = _plane(self.world, plane)
             low, _ = _bounds((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
-            reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+            reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0) + extra
             joint = (self._mask[self.rows] & self._mask[plane._row]) != 0
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
         return found

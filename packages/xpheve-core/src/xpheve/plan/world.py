@@ -47,6 +47,7 @@ from xpheve.plan.transaction import MANY, Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
+from xpheve.plan.wakeups.motion import motion_of
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
@@ -199,6 +200,12 @@ class World:
             return Flight(self.bodies.clock_of(row), NEVER, x, still, still, 0.0)
         batch = self.batches[number]
         return batch.stepper.flight(batch.state, self.bodies, int(self.bodies.local[row]))
+
+    def pace(self, row: int) -> float:
+        """For how long [s] the flight of ``row``, which is curved, stays near its parabola: its time scale, to a factor of four."""
+        curve = motion_of(self, self.bodies.objects[row]).curve
+        assert curve is not None
+        return curve.pace()
 
     def in_rank_order(self, objects: Iterable[PhysicalObject]) -> list[PhysicalObject]:
         """``objects`` by rank; those not ranked yet come last, as added."""

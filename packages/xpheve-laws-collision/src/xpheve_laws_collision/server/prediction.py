@@ -14,6 +14,8 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
+from xpheve_laws_collision.impact_time.curved import TURNS, CurvedFamily, Side
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
@@ -32,6 +34,7 @@ class Prediction(Standing):
         for obj in objects:
             self._refuse_turning(obj)
             self._recheck_standing(obj)
+            self._watch_window(obj)
         broad.gather(self._heard_laws, rows)
         if broad.moving < MANY:
             self.swept = NEVER
@@ -42,6 +45,28 @@ class Prediction(Standing):
         self._predict_standing(set(objects))
         done: set[PhysicalObject] = set()
         for obj in objects:
+            self._predict_all(obj, done)
+            done.add(obj)
+
+    def _watch_window(self, obj: PhysicalObject) -> None:
+        """Come back at the end of the window of a curved flight without end, to follow it into the next."""
+        world = self.world
+        flight = world.flight(obj._row)
+        if not flight.curved or flight.t1 != NEVER or not self._heard_laws(obj):
+            return
+        end = self.curves.window(obj, flight)[1]
+        mark = (int(world.bodies.version[obj._row]), end)
+        if end != NEVER and self.watched.get(obj) != mark:
+            self.watched[obj] = mark
+            world.schedule(end, AFTER, (2, obj.rank), self._next_windows, ((obj, mark[0]),))
+
+    def _next_windows(self, entries: list[Entry]) -> None:
+        """Flights without end come into their next windows."""
+        objects = {obj: None for entry in entries for obj, _ in entry.guards}
+        self._predict_standing(set(objects))
+        done: set[PhysicalObject] = set()
+        for obj in objects:
+            self._watch_window(obj)
             self._predict_all(obj, done)
             done.add(obj)
 
@@ -93,8 +118,8 @@ class Prediction(Standing):
         if obj in broad.planes:
             near = [row for row in broad.rows.tolist() if not objects[row].fixed]
         else:
-            end = min(first, self.world.flight(obj._row).t1)
-            near = broad.near(obj._row, max(elapsed(end, self.world.bodies.clock_of(obj._row)), 0.0)).tolist()
+            begin, end = self.curves.window(obj, self.world.flight(obj._row))
+            near = broad.near(obj._row, max(elapsed(min(first, end), begin), 0.0)).tolist()
         for row in near:
             other = objects[row]
             if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
@@ -109,19 +134,25 @@ class Prediction(Standing):
             self._forget_pair(pair)
             return NEVER
         flight_a, flight_b = world.flight(a._row), world.flight(b._row)
-        start = max(flight_a.t0, flight_b.t0, since)
+        curved = flight_a.curved or flight_b.curved
+        (low_a, high_a), (low_b, high_b) = self.curves.window(a, flight_a), self.curves.window(b, flight_b)
+        start = max(low_a, low_b, since)
         if pair in self.told:
             if self.told[pair] > start:
                 start = self.told[pair]
             else:
                 del self.told[pair]
-        end = min(flight_a.t1, flight_b.t1)
+        end = min(high_a, high_b)
+        if curved and not start < end:
+            return NEVER  # of the next step, when that is made
         self.predictions += 1
         standing = self.touching.get(pair, self.inside.get(pair))
         family, swapped = self._family(a, b)
         mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
+        if curved:
+            family = self._curved(family, one, two, start)
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
@@ -138,6 +169,7 @@ class Prediction(Standing):
                 lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
                 mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
                 after = family.gap(mover_one, mover_two)
+                family = family.later(lead) if isinstance(family, CurvedFamily) else family
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
         if span == math.inf:
@@ -148,6 +180,25 @@ class Prediction(Standing):
         if held is None or held.guards != guards or held.instant != at or held.act != act:
             self.queued[pair] = world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
         return at
+
+    def _curved(self, family: Family, one: PhysicalObject, two: PhysicalObject, start: Instant) -> CurvedFamily:
+        """The geometry of a pair one of which flies on a curve, from ``start`` on."""
+        sides = [self._side(obj, start) for obj in (one, two)]
+        return CurvedFamily(family, *sides, self._shape(one).kind in ROUND and self._shape(two).kind in ROUND)
+
+    def _side(self, obj: PhysicalObject, start: Instant) -> Side:
+        flight = self.world.flight(obj._row)
+
+        def at(s: float) -> Mover:
+            return self._mover(obj, later(start, s), flight)
+
+        def turns(low: float, high: float) -> float:
+            if self._shape(obj).kind in ROUND or immovable(obj):
+                return 0.0
+            return TURNS * self.curves.turn(obj, start, low, high)
+
+        reach = getattr(self._shape(obj), "reach", 0.0)
+        return Side(self.curves.track(obj, start, flight), at, turns, reach)
 
     def _next_impact(
         self, pair: Pair, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float
@@ -197,6 +248,8 @@ class Prediction(Standing):
             for pair in [pair for pair in table if obj in pair]:
                 del table[pair]
         self.supports.pop(obj, None)
+        self.watched.pop(obj, None)
+        self.curves.forget(obj)
         self.broad_phase.removed(obj, row, moved)
         self.held.pop(obj, None)
         self.streaks.pop(obj, None)

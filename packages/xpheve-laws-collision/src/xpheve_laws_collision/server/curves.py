@@ -1,0 +1,104 @@
+"""Flights on curves, as the contact server follows them: window by window, each interpolated once for all pairs.
+
+A step of a stepper is one window. A flight without end is cut where the time reads a multiple of some power of two of seconds, about so long as the flight
+takes to bend: by the flight alone, so that nothing depends on who asked when.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from xpheve.kernels.clock import NEVER, Instant, elapsed, later
+from xpheve.kernels.vector import Vec
+from xpheve.objects import PhysicalObject
+from xpheve.steppers.contract import Flight
+from xpheve_laws_collision.impact_time.course import Course, Parabola, Since, Track
+
+PACES = 32.0
+"""How many times as long as a flight without end stays near its parabola a window is: a few radians of an oscillation."""
+
+Known = tuple[int, Course]
+
+
+class Curves:
+    """The curved flights of ``world`` whose contacts are looked for."""
+
+    def __init__(self, world: Any) -> None:
+        self.world = world
+        self.windows = 0
+        """How many were interpolated."""
+        self._courses: dict[PhysicalObject, Known] = {}
+
+    def window(self, obj: PhysicalObject, flight: Flight) -> tuple[Instant, Instant]:
+        """Where the window of the flight begins, and where it ends, in which the present instant lies."""
+        if not flight.curved or flight.t1 != NEVER:
+            return flight.t0, flight.t1
+        now: Instant = max(self.world.time, flight.t0)
+        width = 2.0 ** math.ceil(math.log2(PACES * self.world.pace(obj._row)))
+        first = math.floor(now[0] / width) * width
+        if (first, 0.0) > now:  # the base rounds up to what the instant has not reached
+            first -= width
+        while first + width <= first or (first + width, 0.0) <= now:
+            width *= 2.0
+        return max(flight.t0, (first, 0.0)), (first + width, 0.0)
+
+    def course(self, obj: PhysicalObject, flight: Flight) -> Course | None:
+        """The present window of a curved flight; None if its next step is not made yet."""
+        low, high = self.window(obj, flight)
+        if not low < high:
+            return None
+        version = int(self.world.bodies.version[obj._row])
+        known = self._courses.get(obj)
+        if known is None or known[0] != version or known[1].begin != low or known[1].end != high:
+            row, read = obj._row, self.world.read_times
+            self.windows += 1
+            known = self._courses[obj] = version, Course(lambda name, at: read(row, name, at), low, high)
+        return known[1]
+
+    def forget(self, obj: PhysicalObject) -> None:
+        """``obj`` is gone."""
+        self._courses.pop(obj, None)
+
+    def track(self, obj: PhysicalObject, start: Instant, flight: Flight) -> Track:
+        """Where the centre of ``obj`` is after ``start``, within its window."""
+        if flight.curved:
+            course = self.course(obj, flight)
+            assert course is not None
+            return Since(course, elapsed(start, course.begin))
+        s = elapsed(start, flight.t0)
+        x, v, a = flight.position, flight.velocity, flight.acceleration
+        return Parabola(
+            (_place(x[0], v[0], a[0], s), _place(x[1], v[1], a[1], s), _place(x[2], v[2], a[2], s)),
+            (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
+            a,
+        )
+
+    def centre(self, obj: PhysicalObject, t: Instant, flight: Flight) -> tuple[Vec, Vec, Vec]:
+        """Position, velocity and acceleration at ``t`` of a curved flight."""
+        row, read = obj._row, self.world.read_row
+        return read(row, "position", t), read(row, "velocity", t), self._acceleration(obj, t, flight)
+
+    def _acceleration(self, obj: PhysicalObject, t: Instant, flight: Flight) -> Vec:
+        """As at ``t`` by the last window that is known, also if an event has just ended it."""
+        version = int(self.world.bodies.version[obj._row])
+        known = self._courses.get(obj)
+        course = known[1] if known is not None and known[0] == version else None
+        if course is None or not course.begin <= t <= course.end:
+            if t == flight.t0 or not flight.t0 < flight.t1:
+                return flight.acceleration
+            course = self.course(obj, flight)
+        found = None if course is None else course.acceleration(elapsed(t, course.begin))
+        return flight.acceleration if found is None else found
+
+    def turn(self, obj: PhysicalObject, start: Instant, low: float, high: float) -> float:
+        """The fastest turn [rad/s] that is seen from ``low`` to ``high`` [s] after ``start``."""
+        instants = [later(start, s) for s in np.linspace(low, high, 25).tolist()]
+        spins = self.world.read_times(obj._row, "angular_velocity", instants)
+        return float(np.sqrt((spins * spins).sum(axis=0)).max())
+
+
+def _place(x: float, v: float, a: float, s: float) -> float:
+    return x + s * (v + 0.5 * s * a)
