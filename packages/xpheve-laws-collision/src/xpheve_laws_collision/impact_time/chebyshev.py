@@ -26,7 +26,7 @@ TO_COEFFICIENTS: Array = (2.0 / COUNT) * chebyshev.chebvander(NODES, DEGREE).T
 TO_COEFFICIENTS[0] *= 0.5
 INTEGRAL: Array = np.array([chebyshev.chebint(row, lbnd=-1) for row in np.eye(COUNT)]).T
 """Of the coefficients of a function to those of its integral from -1 on, (26, 25)."""
-DERIVATIVE: Array = np.array([np.append(chebyshev.chebder(row), [0.0] * (COUNT - max(k, 1))) for k, row in enumerate(np.eye(COUNT))]).T
+DERIVATIVE: Array = np.array([np.append(chebyshev.chebder(row), 0.0) for row in np.eye(COUNT)]).T
 """Of the coefficients of a function to those of its derivative, (25, 25)."""
 TAIL = 3  # last coefficients, that show whether a function is resolved
 RESOLVED = 1e-13  # of the largest: so small they are where it is

@@ -48,10 +48,6 @@ class CurvedFamily:
         self.family, self.one, self.two, self.round, self.begin = family, one, two, round_bodies, begin
         self.rests = family.rests
 
-    def later(self, s: float) -> CurvedFamily:
-        """The same, from ``s`` [s] later on."""
-        return CurvedFamily(self.family, self.one, self.two, self.round, self.begin + s)
-
     def gap(self, a: Mover, b: Mover) -> Gap:
         return self.family.gap(a, b)
 

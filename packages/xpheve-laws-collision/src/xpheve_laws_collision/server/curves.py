@@ -7,7 +7,7 @@ takes to bend: by the flight alone, so that nothing depends on who asked when.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,12 +15,14 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.kernels.vector import Vec
 from xpheve.objects import PhysicalObject
 from xpheve.steppers.contract import Flight
-from xpheve_laws_collision.impact_time.course import Course, Parabola, Since, Track
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.impact_time.course import Course, Track
+
+    Known = tuple[int, Course]
 
 PACES = 32.0
 """How many times as long as a flight without end stays near its parabola a window is: a few radians of an oscillation."""
-
-Known = tuple[int, Course]
 
 
 class Curves:
@@ -47,6 +49,8 @@ class Curves:
 
     def course(self, obj: PhysicalObject, flight: Flight) -> Course | None:
         """The present window of a curved flight; None if its next step is not made yet."""
+        from xpheve_laws_collision.impact_time.course import Course
+
         low, high = self.window(obj, flight)
         if not low < high:
             return None
@@ -64,6 +68,8 @@ class Curves:
 
     def track(self, obj: PhysicalObject, start: Instant, flight: Flight) -> Track:
         """Where the centre of ``obj`` is after ``start``, within its window."""
+        from xpheve_laws_collision.impact_time.course import Parabola, Since
+
         if flight.curved:
             course = self.course(obj, flight)
             assert course is not None

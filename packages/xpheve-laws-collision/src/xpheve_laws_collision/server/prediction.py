@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,12 +14,14 @@ from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
-from xpheve_laws_collision.impact_time.curved import TURNS, CurvedFamily, Side
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.impact_time.curved import CurvedFamily, Side
 
 LOOKS = 3  # searches of one pair in a row that hardly moved on
 REPEATS = 2_000  # impacts of one pair at one instant; more do not end
@@ -151,8 +153,9 @@ class Prediction(Standing):
         mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
+        plain = family
         if curved:
-            family = self._curved(family, one, two, start)
+            family = self._curved(plain, one, two, start)
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
@@ -169,7 +172,7 @@ class Prediction(Standing):
                 lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
                 mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
                 after = family.gap(mover_one, mover_two)
-                family = family.later(lead) if isinstance(family, CurvedFamily) else family
+                family = self._curved(plain, one, two, start, lead) if curved else family
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
         if span == math.inf:
@@ -181,12 +184,19 @@ class Prediction(Standing):
             self.queued[pair] = world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
         return at
 
-    def _curved(self, family: Family, one: PhysicalObject, two: PhysicalObject, start: Instant) -> CurvedFamily:
-        """The geometry of a pair one of which flies on a curve, from ``start`` on."""
+    def _curved(
+        self, family: Family, one: PhysicalObject, two: PhysicalObject, start: Instant, lead: float = 0.0
+    ) -> CurvedFamily:
+        """The geometry of a pair one of which flies on a curve, from ``lead`` [s] after ``start`` on."""
+        from xpheve_laws_collision.impact_time.curved import CurvedFamily
+
         sides = [self._side(obj, start) for obj in (one, two)]
-        return CurvedFamily(family, *sides, self._shape(one).kind in ROUND and self._shape(two).kind in ROUND)
+        plain = self._shape(one).kind in ROUND and self._shape(two).kind in ROUND
+        return CurvedFamily(family, sides[0], sides[1], plain, lead)
 
     def _side(self, obj: PhysicalObject, start: Instant) -> Side:
+        from xpheve_laws_collision.impact_time.curved import TURNS, Side
+
         flight = self.world.flight(obj._row)
 
         def at(s: float) -> Mover:
