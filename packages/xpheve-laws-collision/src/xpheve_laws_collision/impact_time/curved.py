@@ -26,7 +26,8 @@ from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
 Array = NDArray[np.float64]
 
 NEWTON = 4  # steps at most that bring an instant to rounding
-ROUNDED = 0.25  # of the gap that counts as none: less is not made smaller
+ROUNDED = 0.25  # of the gap that counts as none: so far what touches and turns away is followed at once
+ULPS = 2.0**-51  # of the coordinates along the normal: a gap no larger is made no smaller
 CLOSE = 1e-6  # of the sizes: from there on Newton's steps find a touch of bodies that turn
 OVER = 1e-3  # of a step beyond where the touch should be, so that it is between two sides
 TURNS = 1.1  # times the fastest turn that was seen: a bound between what was seen
@@ -98,8 +99,9 @@ class CurvedFamily:
     def _polished(self, s: float, low: float, end: float) -> float:
         """``s`` by Newton's steps on the flights themselves, where their gap is more than rounding."""
         for _ in range(NEWTON):
-            gap = self._gap(s)
-            if abs(gap.separation) <= ROUNDED * gap.touch or abs(gap.speed) <= gap.still:
+            a, b = self.one.at(s), self.two.at(s)
+            gap = self.family.gap(a, b)
+            if abs(gap.separation) <= _rounding(a, b, gap) or abs(gap.speed) <= gap.still:
                 break
             better = s - gap.separation / gap.speed
             if not low <= better <= end or better == s or abs(self._gap(better).separation) >= abs(gap.separation):
@@ -209,6 +211,12 @@ class CurvedFamily:
             if s > end:
                 return math.inf
         raise UndecidedError(s - self.begin, "no parting")
+
+
+def _rounding(a: Mover, b: Mover, gap: Gap) -> float:
+    """What rounding of the coordinates leaves of a gap [m]."""
+    along = math.fsum(abs(n) * (abs(x) + abs(y)) for n, x, y in zip(gap.normal, a.position, b.position, strict=True))
+    return ULPS * along
 
 
 class _Flat:
