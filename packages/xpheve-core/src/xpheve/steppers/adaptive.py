@@ -265,9 +265,12 @@ class Adaptive(Smooth):
         if name not in ("position", "velocity") or still:
             return super().read_times(state, bodies, times, name, local)
         since = state.numbers["base"], state.numbers["offset"]
-        spans = np.array([elapsed(t, since) for t in times])
-        x, _, v, _ = self._within(state, spans, place, 0, 3)
-        return x if name == "position" else v
+        key, last = (bodies.change, local, *times), state.made.get("times")
+        if last is None or last[0] != key:  # place and velocity are asked for one after the other
+            spans = np.array([elapsed(t, since) for t in times])
+            last = state.made["times"] = key, self._within(state, spans, place, 0, 3)
+        found: Array = last[1][0 if name == "position" else 2]
+        return found
 
     def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
         numbers, power = state.numbers, state.arrays["power"][:, places]

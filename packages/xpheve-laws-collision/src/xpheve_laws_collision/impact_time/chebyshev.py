@@ -28,12 +28,19 @@ INTEGRAL: Array = np.array([chebyshev.chebint(row, lbnd=-1) for row in np.eye(CO
 """Of the coefficients of a function to those of its integral from -1 on, (26, 25)."""
 DERIVATIVE: Array = np.array([np.append(chebyshev.chebder(row), 0.0) for row in np.eye(COUNT)]).T
 """Of the coefficients of a function to those of its derivative, (25, 25)."""
+ORDERS: Array = np.arange(float(COUNT))[:, None]
 TAIL = 3  # last coefficients, that show whether a function is resolved
 RESOLVED = 1e-13  # of the largest: so small they are where it is
 MARGIN = 10.0  # times the last coefficients: a bound by so much more than zero holds for what is not resolved, too
 DEEPEST = 2.0**-46  # of the whole interval: shorter ones are not halved
 MOST = 4_000  # intervals of one search
 BISECTIONS = 80
+
+
+def polynomials(x: Array) -> Array:
+    """T_0 to T_24 at ``x`` in [-1, 1], (25, n)."""
+    found: Array = np.cos(ORDERS * np.arccos(np.clip(x, -1.0, 1.0)))
+    return found
 
 
 def first_fall(
@@ -146,4 +153,4 @@ def _root(way: Array, rate: Array) -> float:
     return high
 
 
-__all__ = ["COUNT", "DERIVATIVE", "NODES", "TO_COEFFICIENTS", "first_fall"]
+__all__ = ["COUNT", "DERIVATIVE", "NODES", "TO_COEFFICIENTS", "first_fall", "polynomials"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from xpheve.errors import XpheveError
 from xpheve.kernels.clock import Instant, elapsed, later
 from xpheve.kernels.vector import Vec
-from xpheve_laws_collision.impact_time.chebyshev import DERIVATIVE, NODES, TO_COEFFICIENTS
+from xpheve_laws_collision.impact_time.chebyshev import DERIVATIVE, NODES, TO_COEFFICIENTS, polynomials
 
 Array = NDArray[np.float64]
 
@@ -36,6 +36,10 @@ class Track(Protocol):
 
     def speed(self, s: Array) -> Array:
         """Velocities [m/s], (3, n)."""
+        ...
+
+    def box(self, low: float, high: float) -> tuple[Array, Array]:
+        """The middle [m], (3,), of a box that all places from ``low`` to ``high`` are in, which lie in one piece, and half its edges."""
         ...
 
     def end_after(self, s: float) -> float:
@@ -57,6 +61,11 @@ class Parabola:
         found: Array = self.v + s * self.a
         return found
 
+    def box(self, low: float, high: float) -> tuple[Array, Array]:
+        half, middle = 0.5 * (high - low), np.array([0.5 * (low + high)])
+        edges = half * np.abs(self.speed(middle)[:, 0]) + 0.5 * half * half * np.abs(self.a[:, 0])
+        return self.place(middle)[:, 0], edges
+
     def end_after(self, s: float) -> float:
         return math.inf
 
@@ -68,6 +77,8 @@ class Piece(NamedTuple):
     high: float
     place: Array
     speed: Array
+    edges: Array
+    """Half the edges [m], (3,), of a box about the whole of it."""
 
 
 Read = Callable[[str, Sequence[Instant]], Array]
@@ -136,7 +147,7 @@ class Course:
                 return None
             if float(np.abs(place[:, -3:]).max()) > ROUNDING * float(np.abs(place).max()) + late * fastest:
                 return None
-        return Piece(low, high, place, speed)
+        return Piece(low, high, place, speed, np.abs(place[:, 1:]).sum(axis=1))
 
     def most(self) -> float:
         """A bound [m/s^2] on the acceleration all along; infinite if none is known."""
@@ -164,15 +175,21 @@ class Since:
     def __init__(self, course: Course, shift: float) -> None:
         self.course, self.shift = course, shift
 
-    def _at(self, s: Array, speed: bool) -> Array:
-        when = s + self.shift
-        middle = float(when[len(when) // 2])
+    def _piece(self, middle: float) -> Piece:
         piece = self.course.piece_at(middle) or self.course.piece_at(middle, forwards=False)
         assert piece is not None, "asked beyond its end"
+        return piece
+
+    def _at(self, s: Array, speed: bool) -> Array:
+        when = s + self.shift
+        piece = self._piece(float(when[len(when) // 2]))
         half = 0.5 * (piece.high - piece.low)
-        basis = chebyshev.chebvander((when - piece.low) / half - 1.0, len(NODES) - 1)
-        found: Array = (piece.speed if speed else piece.place) @ basis.T
+        found: Array = (piece.speed if speed else piece.place) @ polynomials((when - piece.low) / half - 1.0)
         return found
+
+    def box(self, low: float, high: float) -> tuple[Array, Array]:
+        piece = self._piece(0.5 * (low + high) + self.shift)
+        return piece.place[:, 0], piece.edges
 
     def place(self, s: Array) -> Array:
         return self._at(s, False)

@@ -30,6 +30,7 @@ ROUNDED = 0.25  # of the gap that counts as none: so far what touches and turns 
 ULPS = 2.0**-51  # of the coordinates along the normal: a gap no larger is made no smaller
 CLOSE = 1e-6  # of the sizes: from there on Newton's steps find a touch of bodies that turn
 OVER = 1e-3  # of a step beyond where the touch should be, so that it is between two sides
+FAR = 1e-9  # of the sizes: far above rounding
 TURNS = 1.1  # times the fastest turn that was seen: a bound between what was seen
 
 
@@ -85,6 +86,9 @@ class CurvedFamily:
         here = 0.0 if abs(gap.separation) <= gap.touch else sign * measure.level(self.begin)
         tracks = (self.one.track,) if flat else (self.one.track, self.two.track)
         for low, high in segments(tracks, self.begin, end):
+            if measure.is_far(low, high, sign):
+                here = sign * measure.level(high) if high < end else math.inf
+                continue
             found = first_fall(
                 lambda s: sign * measure.rates(s),
                 lambda s: sign * measure.level(s),
@@ -230,6 +234,13 @@ class _Flat:
         self.base = np.array(plane.position)[:, None]
         self.offset = float(plane.shape.offset)
 
+    def is_far(self, low: float, high: float, sign: float) -> bool:
+        """Whether ``sign`` times the level surely is above 0 all along, by boxes about the ways."""
+        middle, edges = self.ball.box(low, high)
+        swing = float(np.abs(self.normal) @ edges) * (1.0 + FAR)
+        level = float(self.normal @ (middle - self.base[:, 0])) - self.offset - self.radius
+        return sign * level > swing + FAR * (abs(level) + self.radius)
+
     def rates(self, s: Array) -> Array:
         found: Array = self.normal @ self.ball.speed(s)
         return found
@@ -244,6 +255,15 @@ class _Apart:
     def __init__(self, one: Track, two: Track, a: Mover, b: Mover) -> None:
         self.one, self.two = one, two
         self.reach = float(a.shape.radius + b.shape.radius)
+
+    def is_far(self, low: float, high: float, sign: float) -> bool:
+        """See `_Flat.is_far`."""
+        (x, size), (y, other) = self.one.box(low, high), self.two.box(low, high)
+        apart, edges = np.abs(y - x), (size + other) * (1.0 + FAR)
+        least, most = np.maximum(apart - edges, 0.0), apart + edges
+        if sign > 0.0:
+            return float(np.sqrt((least * least).sum())) > self.reach * (1.0 + FAR)
+        return float(np.sqrt((most * most).sum())) < self.reach * (1.0 - FAR)
 
     def rates(self, s: Array) -> Array:
         d, w = self.two.place(s) - self.one.place(s), self.two.speed(s) - self.one.speed(s)

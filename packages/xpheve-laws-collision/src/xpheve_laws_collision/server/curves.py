@@ -1,7 +1,7 @@
 """Flights on curves, as the contact server follows them: window by window, each interpolated once for all pairs.
 
-A step of a stepper is one window. A flight without end is cut where the time reads a multiple of some power of two of seconds, about so long as the flight
-takes to bend: by the flight alone, so that nothing depends on who asked when.
+A step of a stepper is one window. A flight without end is cut into windows that begin where it does, the first about as long as it takes to bend, each
+next one as long as all before it together, up to a limit: by the flight alone, so that nothing depends on who asked when.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ if TYPE_CHECKING:
 
     Known = tuple[int, Course]
 
-PACES = 32.0
-"""How many times as long as a flight without end stays near its parabola a window is: a few radians of an oscillation."""
+PACES = 16.0
+"""How many times as long as a flight without end stays near its parabola its first window is: a radian or two of an oscillation."""
+LONGEST = 16.0
+"""How many times as long as the first a window gets."""
 
 
 class Curves:
@@ -38,14 +40,14 @@ class Curves:
         """Where the window of the flight begins, and where it ends, in which the present instant lies."""
         if not flight.curved or flight.t1 != NEVER:
             return flight.t0, flight.t1
-        now: Instant = max(self.world.time, flight.t0)
+        begin = flight.t0
+        now: Instant = max(self.world.time, begin)
         width = 2.0 ** math.ceil(math.log2(PACES * self.world.pace(obj._row)))
-        first = math.floor(now[0] / width) * width
-        if (first, 0.0) > now:  # the base rounds up to what the instant has not reached
-            first -= width
-        while first + width <= first or (first + width, 0.0) <= now:
-            width *= 2.0
-        return max(flight.t0, (first, 0.0)), (first + width, 0.0)
+        width = max(width, 2.0**20 * math.ulp(now[0]))  # so that time is fine beside it
+        low, high = _edges(elapsed(now, begin) / width)
+        while later(begin, high * width) <= now:  # by rounding
+            low, high = _edges(high)
+        return later(begin, low * width), later(begin, high * width)
 
     def course(self, obj: PhysicalObject, flight: Flight) -> Course | None:
         """The present window of a curved flight; None if its next step is not made yet."""
@@ -84,6 +86,8 @@ class Curves:
 
     def centre(self, obj: PhysicalObject, t: Instant, flight: Flight) -> tuple[Vec, Vec, Vec]:
         """Position, velocity and acceleration at ``t`` of a curved flight."""
+        if t == flight.t0:
+            return flight.position, flight.velocity, self._acceleration(obj, t, flight)
         row, read = obj._row, self.world.read_row
         return read(row, "position", t), read(row, "velocity", t), self._acceleration(obj, t, flight)
 
@@ -104,6 +108,17 @@ class Curves:
         instants = [later(start, s) for s in np.linspace(low, high, 25).tolist()]
         spins = self.world.read_times(obj._row, "angular_velocity", instants)
         return float(np.sqrt((spins * spins).sum(axis=0)).max())
+
+
+def _edges(s: float) -> tuple[float, float]:
+    """Where the window begins, and where it ends, that holds ``s`` first windows after a flight began."""
+    if s < 1.0:
+        return 0.0, 1.0
+    if s < 2.0 * LONGEST:
+        low = 2.0 ** math.floor(math.log2(s))
+        return low, 2.0 * low
+    low = LONGEST * math.floor(s / LONGEST)
+    return low, low + LONGEST
 
 
 def _place(x: float, v: float, a: float, s: float) -> float:
