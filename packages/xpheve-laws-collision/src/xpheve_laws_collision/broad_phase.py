@@ -44,6 +44,12 @@ class BroadPhase:
         self.curves = curves
         self._curved: list[int] = []
         """Rows that fly on curves, of those that somebody asks contacts of."""
+        self._followed: Rows = np.zeros(0, dtype=np.int64)
+        """Those whose windows are known: by versions of their flights, until when [s], and as what they begin."""
+        self._seen: Rows = np.zeros(0, dtype=np.int64)
+        self._ends: Array = np.zeros(0)
+        self._tangents: Array = np.zeros((9, 0))
+        """Instant (2), place (3), velocity (3), and a bound [m/s^2] on the acceleration."""
         self._structure = -1
         self._change = -1
         self._numbers: dict[Any, int] = {}
@@ -98,6 +104,7 @@ class BroadPhase:
         self.planes = [plane for plane in self.planes if plane is not obj]
         self._stale = True
         self._change = -1
+        self._followed = np.zeros(0, dtype=np.int64)
 
     @property
     def rows(self) -> Rows:
@@ -144,16 +151,31 @@ class BroadPhase:
         found = _Flights(bodies.clock, bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration, None)
         if not self._curved:
             return found
+        rows = self._follow()
         found = _Flights(*(array[:, :n].copy() for array in found[:4]), np.zeros(n))
         assert found.bend is not None
-        for row in self._curved:
-            obj, flight = bodies.objects[row], self.world.flight(row)
-            course = self.curves.course(obj, flight)
-            if course is not None:
-                x, v, _ = self.curves.centre(obj, course.begin, flight)
-                found.clock[:, row], found.x[:, row], found.v[:, row] = course.begin, x, v
-                found.a[:, row], found.bend[row] = 0.0, course.most()
+        found.clock[:, rows], found.x[:, rows], found.v[:, rows] = self._tangents[:2], self._tangents[2:5], self._tangents[5:8]
+        found.a[:, rows], found.bend[rows] = 0.0, self._tangents[8]
         return found
+
+    def _follow(self) -> Rows:
+        """The rows on curves, of which `_tangents` says how they enter their windows: found anew where flight or window are others."""
+        world, rows = self.world, np.array(self._curved, dtype=np.int64)
+        if len(self._followed) != len(rows) or (self._followed != rows).any():
+            self._followed, self._seen = rows, np.full(len(rows), -1, dtype=np.int64)
+            self._tangents, self._ends = np.zeros((9, len(rows))), np.zeros(len(rows))
+        versions = world.bodies.version[rows]
+        for k in np.flatnonzero((versions != self._seen) | (self._ends <= world.time[0])).tolist():
+            row = int(rows[k])
+            obj, flight = world.bodies.objects[row], world.flight(row)
+            course = self.curves.course(obj, flight)
+            if course is None:  # of its next step, when that is made
+                tangent: Any = (*flight.t0, *flight.position, *flight.velocity, 0.0)
+            else:
+                tangent = (*course.begin, *self.curves.tangent(obj, course.begin, flight), course.most())
+            self._tangents[:, k] = tangent
+            self._seen[k], self._ends[k] = versions[k], -np.inf if course is None else course.end[0]
+        return rows
 
     def _at(self, rows: Rows, t: Instant) -> tuple[Array, Array, Array]:
         """Positions, velocities and accelerations of ``rows`` at ``t``, (3, rows)."""
@@ -173,9 +195,8 @@ class BroadPhase:
         if not self._curved:
             return None
         found = np.zeros(self.world.bodies.count)
-        for row in self._curved:
-            course = self.curves.course(self.world.bodies.objects[row], self.world.flight(row))
-            found[row] = 0.0 if course is None else course.most()
+        curved = self._follow()
+        found[curved] = self._tangents[8]
         bends: Array = found[rows]
         return bends
 

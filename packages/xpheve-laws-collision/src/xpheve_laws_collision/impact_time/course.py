@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from xpheve.errors import XpheveError
@@ -91,6 +90,7 @@ class Course:
         self.read, self.begin, self.end = read, begin, end
         self.span = elapsed(end, begin)
         self.reads = 0
+        self._most: float | None = None
         self._pieces: list[Piece] = []
         self._waiting: list[tuple[float, float]] = [(0.0, self.span)]
 
@@ -156,6 +156,11 @@ class Course:
 
     def most(self) -> float:
         """A bound [m/s^2] on the acceleration all along; infinite if none is known."""
+        if self._most is None:
+            self._most = self._bend()
+        return self._most
+
+    def _bend(self) -> float:
         found = 0.0
         for k, piece in enumerate(self.pieces()):
             if k >= MANY:
@@ -170,8 +175,8 @@ class Course:
         if piece is None:
             return None
         half = 0.5 * (piece.high - piece.low)
-        x, y, z = (chebyshev.chebval((s - piece.low) / half - 1.0, (piece.speed @ DERIVATIVE.T).T) / half).tolist()
-        return x, y, z
+        found = piece.speed @ (DERIVATIVE.T @ polynomials(np.array([(s - piece.low) / half - 1.0]))) / half
+        return float(found[0, 0]), float(found[1, 0]), float(found[2, 0])
 
 
 class Since:

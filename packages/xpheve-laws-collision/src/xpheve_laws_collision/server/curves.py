@@ -86,10 +86,15 @@ class Curves:
 
     def centre(self, obj: PhysicalObject, t: Instant, flight: Flight) -> tuple[Vec, Vec, Vec]:
         """Position, velocity and acceleration at ``t`` of a curved flight."""
+        sixfold = self.tangent(obj, t, flight)
+        return sixfold[:3], sixfold[3:], self._acceleration(obj, t, flight)
+
+    def tangent(self, obj: PhysicalObject, t: Instant, flight: Flight) -> Any:
+        """Position and velocity at ``t`` of a curved flight, (6,)."""
         if t == flight.t0:
-            return flight.position, flight.velocity, self._acceleration(obj, t, flight)
+            return *flight.position, *flight.velocity
         row, read = obj._row, self.world.read_row
-        return read(row, "position", t), read(row, "velocity", t), self._acceleration(obj, t, flight)
+        return *read(row, "position", t), *read(row, "velocity", t)
 
     def _acceleration(self, obj: PhysicalObject, t: Instant, flight: Flight) -> Vec:
         """As at ``t`` by the last window that is known, also if an event has just ended it."""
