@@ -31,6 +31,7 @@ ULPS = 2.0**-51  # of the coordinates along the normal: a gap no larger is made 
 CLOSE = 1e-6  # of the sizes: from there on Newton's steps find a touch of bodies that turn
 OVER = 1e-3  # of a step beyond where the touch should be, so that it is between two sides
 FAR = 1e-9  # of the sizes: far above rounding
+BLUR = 1e-14  # of the ways in a window: so well are they interpolated
 TURNS = 1.1  # times the fastest turn that was seen: a bound between what was seen
 
 
@@ -86,17 +87,15 @@ class CurvedFamily:
         here = 0.0 if abs(gap.separation) <= gap.touch else sign * measure.level(self.begin)
         tracks = (self.one.track,) if flat else (self.one.track, self.two.track)
         for low, high in segments(tracks, self.begin, end):
-            if measure.is_far(low, high, sign):
-                here = sign * measure.level(high) if high < end else math.inf
-                continue
-            found = first_fall(
-                lambda s: sign * measure.rates(s),
-                lambda s: sign * measure.level(s),
-                low, high, here, noise, gap.still * unit,
-            )  # fmt: skip
-            if found < math.inf:
-                return self._polished(found, low, end)
-            level = sign * measure.level(high)
+            if not measure.is_far(low, high, sign):
+                found = first_fall(
+                    lambda s: sign * measure.rates(s),
+                    lambda s: sign * measure.level(s),
+                    low, high, here, noise + unit * _blur(tracks, low, high), gap.still * unit,
+                )  # fmt: skip
+                if found < math.inf:
+                    return self._polished(found, low, end)
+            level = sign * measure.level(high) if high < end else math.inf
             here = level if abs(level) > noise else 0.0
         return math.inf
 
@@ -215,6 +214,11 @@ class CurvedFamily:
             if s > end:
                 return math.inf
         raise UndecidedError(s - self.begin, "no parting")
+
+
+def _blur(tracks: Sequence[Track], low: float, high: float) -> float:
+    """How well [m] the interpolants of ways know a place."""
+    return BLUR * sum(float((np.abs(middle) + edges).max()) for middle, edges in (one.box(low, high) for one in tracks))
 
 
 def _rounding(a: Mover, b: Mover, gap: Gap) -> float:
