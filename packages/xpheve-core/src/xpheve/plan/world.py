@@ -107,6 +107,8 @@ class World:
         """Goes up when laws, containers or mapping change."""
         self._contacts_seen = -1
         """The structure when it was last asked whose contacts are looked for."""
+        self._waiting: set[PhysicalLaw] = set()
+        """The laws that waited for contacts then."""
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
@@ -596,9 +598,19 @@ class World:
         if self.contacts is not None and self.structure != self._contacts_seen:
             self._contacts_seen = self.structure
             contacts_wanted.mark_changed(self)
+            self._listen()
         if self.dirty:
             self._plan_motion()
         self.wakeups.plan()
+
+    def _listen(self) -> None:
+        """Have contacts predicted of objects on whose laws containers have begun to wait for them, and that are not about to be planned anyway."""
+        assert self.contacts is not None
+        waiting = {law for law in self.laws if contacts_wanted.waits_for_contacts(law)}
+        new, self._waiting = waiting - self._waiting, waiting
+        found = {obj for law in new for obj in self.mapping.objects(law) if obj.rank >= 0 and obj not in self.unplanned}
+        if found:
+            self.contacts.refresh([obj._row for obj in self.in_rank_order(found)])
 
     def _plan_motion(self) -> None:
         self._prove_laws()

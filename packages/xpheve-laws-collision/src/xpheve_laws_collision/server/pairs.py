@@ -93,6 +93,8 @@ class Pairs(ContactServer):
         for law in laws:
             if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
                 continue
+            if own[0] == "mesh":
+                self.world.structure += 1  # what meets it flies along parabolas from then on
             if own[0] == "mesh" and any(obj.angular_velocity):
                 raise ContactError(f"{obj!r} under {law!r}: {_turns(f'angular velocity {obj.angular_velocity} rad/s')}")
             kinds = self._kinds.setdefault(law, set())

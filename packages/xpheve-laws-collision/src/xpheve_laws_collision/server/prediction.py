@@ -16,6 +16,7 @@ from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
+from xpheve_laws_collision.narrow_phase.limits import has_mesh
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
@@ -258,6 +259,8 @@ class Prediction(Standing):
             for pair in [pair for pair in table if obj in pair]:
                 del table[pair]
         self.supports.pop(obj, None)
+        if has_mesh(self._shape(obj)):
+            self.world.structure += 1  # what met it may fly on curves again
         self.watched.pop(obj, None)
         self.curves.forget(obj)
         self.broad_phase.removed(obj, row, moved)
