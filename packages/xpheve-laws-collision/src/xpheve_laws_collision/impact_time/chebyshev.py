@@ -31,6 +31,7 @@ DERIVATIVE: Array = np.array([np.append(chebyshev.chebder(row), 0.0) for row in 
 ORDERS: Array = np.arange(float(COUNT))[:, None]
 TAIL = 3  # last coefficients, that show whether a function is resolved
 RESOLVED = 1e-13  # of the largest: so small they are where it is
+ROUNDING = 1e-14  # of the largest rate that was seen: what is left of them is no more than that of their parts
 MARGIN = 10.0  # times the last coefficients: a bound by so much more than zero holds for what is not resolved, too
 DEEPEST = 2.0**-46  # of the whole interval: shorter ones are not halved
 MOST = 4_000  # intervals of one search
@@ -80,7 +81,7 @@ def first_fall(
         If halving `MOST` times does not tell.
     """
     waiting = [(low, high)]
-    here = begin
+    here, scale = begin, 0.0
     shortest = max(DEEPEST * (high - low), 4.0 * math.ulp(high))
     for _ in range(MOST):
         if not waiting:
@@ -96,7 +97,8 @@ def first_fall(
             raise UndecidedError(left)
         ends = here + float(half * (INTEGRAL @ rate).sum())
         least, most, fastest = float(way[0]) - swing, float(rate[0]) + spread, float(rate[0]) - spread
-        resolved = tail <= RESOLVED * (abs(float(rate[0])) + spread)
+        scale = max(scale, abs(float(rate[0])) + spread)
+        resolved = tail <= max(RESOLVED * (abs(float(rate[0])) + spread), ROUNDING * scale)
         if least > MARGIN * tail * half and (resolved or least > 0.1 * swing):
             here = _reached(level, right, ends, noise)  # far from zero all along
             continue
