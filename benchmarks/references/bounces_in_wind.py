@@ -65,7 +65,10 @@ def solve() -> tuple[list[Any], int]:
             impact = _at(places[2], step) < exact(RADIUS)
             if impact:
                 step = mpmath.findroot(
-                    lambda s, part=places[2]: _at(part, s) - exact(RADIUS), (step / 64, step), solver="anderson", tol=exact(10) ** -74
+                    lambda s, part=places[2]: _at(part, s) - exact(RADIUS),
+                    (step / 64, step),
+                    solver="anderson",
+                    tol=exact(10) ** -74,
                 )
             x, v, left = [_at(part, step) for part in places], [_at(part, step) for part in speeds], left - step
             if impact:

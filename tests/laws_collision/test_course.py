@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,10 @@ def test_a_curve_is_known_to_rounding_between_its_points(rate: float) -> None:
         assert np.abs(track.speed(s) - circle(rate)("velocity", [later(BEGIN, c) for c in s])).max() < 1e-13 * rate
     assert course.most() >= rate * rate * (1.0 - 1e-12)
     found = course.acceleration(1.0)
-    assert found is not None and math.dist(found, (-rate * rate * math.cos(rate), -rate * rate * math.sin(rate), 0.0)) < 1e-9 * rate**2
+    assert (
+        found is not None
+        and math.dist(found, (-rate * rate * math.cos(rate), -rate * rate * math.sin(rate), 0.0)) < 1e-9 * rate**2
+    )
 
 
 def test_pieces_are_made_from_left_to_right_as_far_as_is_asked() -> None:
@@ -74,6 +78,6 @@ def test_segments_end_where_a_piece_of_either_does() -> None:
     one, two = (Since(Course(circle(rate), BEGIN, later(BEGIN, 3.0)), 0.0) for rate in (20.0, 33.0))
     parts = list(segments([one, two, Parabola((0.0,) * 3, (0.0,) * 3, (0.0,) * 3)], 0.1, 2.9))
     assert parts[0][0] == 0.1 and parts[-1][1] == 2.9
-    assert all(a[1] == b[0] for a, b in zip(parts, parts[1:], strict=False))
+    assert all(a[1] == b[0] for a, b in pairwise(parts))
     ends = {piece.high for track in (one, two) for piece in track.course.pieces()}
     assert all(high in ends for _, high in parts[:-1])

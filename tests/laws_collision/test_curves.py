@@ -69,7 +69,14 @@ def linear_bounces(drag: float, weight: float, restitution: float, height: float
     """Height above the floor and speed of a point under linear drag (mass 0.5) after ``end`` [s], and how often it bounced, in 30 digits."""
     with mpmath.workdps(30):
         exact = mpmath.mpf
-        k, g, e, z, v, left = exact(drag) / exact(0.5), exact(weight), exact(restitution), exact(height), exact(0), exact(end)
+        k, g, e, z, v, left = (
+            exact(drag) / exact(0.5),
+            exact(weight),
+            exact(restitution),
+            exact(height),
+            exact(0),
+            exact(end),
+        )
         count = 0
         while True:
             fallen = lambda s, z=z, v=v: z - g / k * s + (v + g / k) / k * (1 - mpmath.exp(-k * s))  # noqa: E731
@@ -83,7 +90,11 @@ def linear_bounces(drag: float, weight: float, restitution: float, height: float
 def test_a_ball_under_linear_drag_bounces_as_the_closed_form_says() -> None:
     engine = xp.PhysicsEngine(up="z")
     bounce = engine.add_law("collision:elastic", restitution=0.9)
-    laws = [bounce, engine.add_law("basic:planet_gravity", acceleration=9.81), engine.add_law("basic:linear_drag", coefficient=0.3)]
+    laws = [
+        bounce,
+        engine.add_law("basic:planet_gravity", acceleration=9.81),
+        engine.add_law("basic:linear_drag", coefficient=0.3),
+    ]
     add_floor(engine, bounce)
     point = engine.add_object(xp.PhysicalObject(mass=0.5, position=(0, 0, 1.875), velocity=(3.0, 1.0, 0.0)), laws=laws)
     engine.run(until=5.0, dt=0.25)
@@ -141,7 +152,9 @@ def test_a_ball_under_drag_comes_to_rest_along_parabolas_and_rests() -> None:
     bounce = engine.add_law("collision:elastic", restitution=0.5)
     laws = [bounce, engine.add_law("basic:planet_gravity"), engine.add_law("basic:linear_drag", coefficient=0.1)]
     floor = add_floor(engine, bounce)
-    ball = engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), mass=1.0, position=(0, 0, 1), velocity=(1, 0, 0)), laws=laws)
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.1), mass=1.0, position=(0, 0, 1), velocity=(1, 0, 0)), laws=laws
+    )
     engine.run(until=1.0)
     assert stepper_of(engine, ball) == "core:linear"
     engine.run(until=3.0)
@@ -249,7 +262,9 @@ def test_a_tumbling_box_under_drag_comes_down_on_a_corner_and_loses_nothing_by_i
     bounce = engine.add_law("collision:elastic", restitution=1.0)
     laws = [bounce, engine.add_law("basic:planet_gravity"), engine.add_law("basic:linear_drag", coefficient=0.2)]
     add_floor(engine, bounce)
-    box = xp.PhysicalObject(xp.Box((0.4, 0.3, 0.2)), position=(0, 0, 1.0), velocity=(1, 0, 0), angular_velocity=(1, 2, 3))
+    box = xp.PhysicalObject(
+        xp.Box((0.4, 0.3, 0.2)), position=(0, 0, 1.0), velocity=(1, 0, 0), angular_velocity=(1, 2, 3)
+    )
     engine.add_object(box, laws=laws)
     energy = engine.energy()
     engine.run(until=1.2)
@@ -285,7 +300,12 @@ def test_a_box_that_does_not_turn_meets_the_floor_as_a_point_at_its_face_would()
         engine = xp.PhysicsEngine(up="z")
         bounce = engine.add_law("collision:elastic", restitution=1.0)
         hear = engine.add_law(Hear, container=xp.LawContainer(xp.when.ContactBegin(once=True)))
-        laws = [bounce, hear, engine.add_law("basic:planet_gravity"), engine.add_law("basic:linear_drag", coefficient=0.2)]
+        laws = [
+            bounce,
+            hear,
+            engine.add_law("basic:planet_gravity"),
+            engine.add_law("basic:linear_drag", coefficient=0.2),
+        ]
         engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce, hear])
         engine.add_object(xp.PhysicalObject(shape, mass=1.0, position=(0, 0, height)), laws=laws)
         engine.run(until=0.6)

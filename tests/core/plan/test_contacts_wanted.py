@@ -113,7 +113,7 @@ class Listening(xp.PhysicalLaw):
 
 
 def test_a_container_that_listens_later_hears_of_contacts_on_the_curve(scene: Any) -> None:
-    engine, ball, other, _ = scene
+    engine, ball, _, _ = scene
     law = engine.add_law(Listening, container=xp.LawContainer(when.Posted("never")))
     gate = engine.add_object(xp.PhysicalObject(xp.Plane((-1, 0, 0), offset=-0.5), fixed=True), laws=[law])
     engine.map(ball, law)

@@ -152,11 +152,11 @@ class BroadPhase:
         if not self._curved:
             return found
         rows = self._follow()
-        found = _Flights(*(array[:, :n].copy() for array in found[:4]), np.zeros(n))
-        assert found.bend is not None
-        found.clock[:, rows], found.x[:, rows], found.v[:, rows] = self._tangents[:2], self._tangents[2:5], self._tangents[5:8]
-        found.a[:, rows], found.bend[rows] = 0.0, self._tangents[8]
-        return found
+        clock, x, v, a = (array[:, :n].copy() for array in found[:4])
+        bend = np.zeros(n)
+        kept = self._tangents
+        clock[:, rows], x[:, rows], v[:, rows], a[:, rows], bend[rows] = kept[:2], kept[2:5], kept[5:8], 0.0, kept[8]
+        return _Flights(clock, x, v, a, bend)
 
     def _follow(self) -> Rows:
         """The rows on curves, of which `_tangents` says how they enter their windows: found anew where flight or window are others."""

@@ -1,8 +1,8 @@
 """When two bodies meet of which one at least flies on a curve: by the curve's own interpolant, then to rounding on the flight itself.
 
-Spheres, points and planes: the gap to a plane, or the difference of the squares of distance and reach, changes at a rate that is a polynomial; the
-first time at which it is at zero and falls is found by bounds that miss no zero (`chebyshev.first_fall`), then by Newton's steps on the flights as their
-steppers have them. What is missed is no deeper than the rounding of the coordinates.
+Spheres, points and planes: the gap to a plane, or the difference of the squares of distance and reach, changes at a rate that is a polynomial;
+the first time at which it is at zero and falls is found by bounds that miss no zero (`chebyshev.first_fall`), then by Newton's steps on the flights
+as their steppers have them. What is missed is no deeper than the rounding of the ways in the window.
 
 All other bodies: conservative advancement (Mirtich, thesis, Berkeley 1996). At an instant a unit vector parts the two by a gap; for as long as what
 the centres move against each other along it, and turning can add at most, do not use that up, they cannot touch.
@@ -79,7 +79,9 @@ class CurvedFamily:
         """The first time at which ``sign`` times the gap is at zero and falls."""
         a, b = self.one.at(self.begin), self.two.at(self.begin)
         flat = b.shape.kind == "plane"
-        measure: _Flat | _Apart = _Flat(self.one.track, a.shape.radius, b) if flat else _Apart(self.one.track, self.two.track, a, b)
+        measure: _Flat | _Apart = (
+            _Flat(self.one.track, a.shape.radius, b) if flat else _Apart(self.one.track, self.two.track, a, b)
+        )
         unit = 1.0 if flat else 2.0 * measure.reach
         if unit == 0.0:
             return math.inf  # two points

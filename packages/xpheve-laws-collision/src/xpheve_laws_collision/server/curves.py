@@ -1,7 +1,7 @@
 """Flights on curves, as the contact server follows them: window by window, each interpolated once for all pairs.
 
-A step of a stepper is one window. A flight without end is cut into windows that begin where it does, the first about as long as it takes to bend, each
-next one as long as all before it together, up to a limit: by the flight alone, so that nothing depends on who asked when.
+A step of a stepper is one window. A flight without end is cut into windows that begin where it does, the first about as long as it takes to bend,
+each next one as long as all before it together, up to a limit: by the flight alone, so that nothing depends on who asked when.
 """
 
 from __future__ import annotations
