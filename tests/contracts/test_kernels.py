@@ -27,7 +27,8 @@ NEVER_COMPILED = {"principal_axes", "sign_changes"}
 """For preparing scenes and for handlers: they return lists, or search among permutations."""
 ELSEWHERE = {"neighbours", "dense", "tree", "course"}
 """They read or write buffers of their own: tests in `tests/core/kernels` compare them, and `tests/core/plan/test_courses.py`."""
-ALONE = {"__init__"}
+ALONE = {"__init__", "response"}
+"""No functions."""
 
 NUMBER, WHOLE = "x", "i"
 SHAPES: dict[str, str] = {

@@ -125,7 +125,7 @@ BAD = {
     ),
     "unknown section": (
         HEAD + "[[object]]\n",
-        's:2: object: unknown key. Did you mean "objects"? Keys here: xpheve, up, seed, compile, stepper, force_ids, run, containers, laws, objects',
+        's:2: object: unknown key. Did you mean "objects"? Keys here: xpheve, up, seed, compile, stepper, periodic, force_ids, run, containers',
     ),
     "object is a table": (
         HEAD + "[objects]\nmass = 1",

@@ -445,7 +445,10 @@ def test_the_schema_knows_the_parameters_of_all_laws(registry: Registry) -> None
     assert {"name", "enabled", "between", "container", "condition"} <= wind["properties"].keys()
     assert found["$defs"]["ConditionTable"]["properties"]["kind"]["enum"][0] == "Started"
     tables = {"run", "containers", "laws", "objects", "observers", "probes"}
-    assert set(found["properties"]) == {"xpheve", "up", "seed", "compile", "stepper", "force_ids", "$schema"} | tables
+    assert (
+        set(found["properties"])
+        == {"xpheve", "up", "seed", "compile", "stepper", "periodic", "force_ids", "$schema"} | tables
+    )
 
 
 def test_a_scene_may_name_its_schema(registry: Registry) -> None:

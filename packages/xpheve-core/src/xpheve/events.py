@@ -77,6 +77,10 @@ class EventQueue:
             self.voided += 1
         return NEVER
 
+    def next_stage(self) -> int:
+        """The stage of the next live entry; after all stages if there is none."""
+        return AFTER + 1 if self.next_time() == NEVER else self._heap[0][-1].stage
+
     def pop_stage(self, due: Instant) -> list[Entry]:
         """The live entries of the first stage due at ``due`` or before, in rank order; empty if there is none."""
         if self.next_time() > due:

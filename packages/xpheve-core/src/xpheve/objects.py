@@ -673,6 +673,8 @@ def _check_columns(columns: dict[str, Any], label: str) -> dict[str, float]:
 
 def _near_field(name: str) -> str:
     """The property of an object that ``name`` seems to misspell, or ``""``."""
+    if name == "mask":
+        return ""  # of collision groups, and not a slip of mass
     for known in (*FIELDS, "shape", "fixed", "density", "pose"):
         if name != known and len(name) > 2 and _one_edit_apart(name, known):
             return known

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.kernels.clock import Instant
+from xpheve.laws.response import ALL_GROUPS
 
 if TYPE_CHECKING:
     from xpheve_laws_collision.server.curves import Curves
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 
 SLACK = 1e-9  # of all lengths at hand: far above the rounding of the filter, far below what it could cost
 MANY = 48  # from this many moving bodies on, pairs are found window by window
+USUAL = (1, int(ALL_GROUPS))  # collision group and mask of bodies that were given none
 PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
@@ -60,6 +62,10 @@ class BroadPhase:
         self._moving = 0
         self._mask: NDArray[np.uint64] = np.zeros(0, dtype=np.uint64)
         """By row: the laws that hear contacts, a bit each; 0 where there are none."""
+        self._groups: NDArray[np.uint64] = np.zeros((2, 0), dtype=np.uint64)
+        """By row: the collision groups a body is in, and those it meets, a bit each."""
+        self._grouped = 0
+        """How many rows have others than the usual ones."""
         self._bounded: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._radius: Array = np.zeros(0)
         self._acceleration: Array = np.zeros((3, 0))
@@ -73,6 +79,8 @@ class BroadPhase:
                 np.concatenate([old, np.zeros(size - len(old), dtype=old.dtype)])
                 for old in (self._mask, self._bounded, self._radius)
             )
+            usual = np.tile(np.array(USUAL, dtype=np.uint64)[:, None], size - self._groups.shape[1])
+            self._groups = np.concatenate([self._groups, usual], axis=1)
         if self._structure != world.structure:
             self._structure = world.structure
             self._numbers, self.planes = {}, []
@@ -93,7 +101,27 @@ class BroadPhase:
             self.planes.append(obj)
         if mask != self._mask[row] or bounded != self._bounded[row]:
             self._stale = True
+        own = obj._columns
+        groups = (int(own.get("group", USUAL[0])), int(own.get("mask", USUAL[1]))) if own else USUAL
+        self._put_groups(row, groups)
         self._mask[row], self._bounded[row], self._radius[row] = mask, bounded, radius
+
+    def _put_groups(self, row: int, groups: tuple[int, int]) -> None:
+        held = (int(self._groups[0, row]), int(self._groups[1, row]))
+        if held != groups:
+            self._grouped += (groups != USUAL) - (held != USUAL)
+            self._groups[:, row] = groups
+
+    def _joint(self, i: Any, j: Any) -> NDArray[np.bool_]:
+        """Whether rows ``i`` and ``j`` have a law in common, and are in groups that meet."""
+        found: NDArray[np.bool_] = (self._mask[i] & self._mask[j]) != 0
+        if self._grouped:
+            found &= ((self._groups[0, i] & self._groups[1, j]) != 0) & ((self._groups[1, i] & self._groups[0, j]) != 0)
+        return found
+
+    def forget(self) -> None:
+        """Other objects are asked from now on: take up all rows."""
+        self._structure = -1
 
     def removed(self, obj: Any, row: int, moved: int) -> None:
         """Row ``row`` has what row ``moved`` had."""
@@ -101,6 +129,8 @@ class BroadPhase:
             for array in (self._mask, self._bounded, self._radius):
                 array[row] = array[moved]
             self._mask[moved] = 0
+            self._put_groups(row, (int(self._groups[0, moved]), int(self._groups[1, moved])))
+            self._put_groups(moved, USUAL)
         self.planes = [plane for plane in self.planes if plane is not obj]
         self._stale = True
         self._change = -1
@@ -203,7 +233,7 @@ class BroadPhase:
     def near(self, row: int, horizon: float) -> Rows:
         """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base, or the beginning of its window on a curve."""
         n = self.world.bodies.count
-        joint = self._mask[:n] & self._mask[row] != 0
+        joint = self._joint(slice(0, n), row)
         joint &= self._bounded[:n]
         joint[row] = False
         if self.world.bodies.fixed[row]:
@@ -318,7 +348,7 @@ class BroadPhase:
                 if axis != k:
                     keep &= (low[axis, first] <= high[axis, second]) & (low[axis, second] <= high[axis, first])
             i, j = rows[first[keep]], rows[second[keep]]
-            joint = (self._mask[i] & self._mask[j]) != 0
+            joint = self._joint(i, j)
             found += zip(i[joint].tolist(), j[joint].tolist(), strict=True)
         return found, pairs_of_planes
 
@@ -330,7 +360,7 @@ class BroadPhase:
             normal, level = _plane(self.world, plane)
             low, _ = _bounds((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
             reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0) + extra
-            joint = (self._mask[self.rows] & self._mask[plane._row]) != 0
+            joint = self._joint(self.rows, plane._row)
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
         return found
 

@@ -133,11 +133,16 @@ def after(pushes: Sequence[Push], bodies: Sequence[Body], impulses: Sequence[Fra
 
 def turned_by(body: Body, impulse: Vec, point: Vec) -> Vec:
     """Change of angular velocity [rad/s], world frame, by ``impulse`` [N s] on ``body`` at ``point`` [m]."""
+    return spun(body, cross(sub(point, body.position), impulse))
+
+
+def spun(body: Body, twist: Vec) -> Vec:
+    """Change of angular velocity [rad/s], world frame, by an angular impulse ``twist`` [N m s], world frame."""
     if not any(body.inverse_inertia):
         return (0.0, 0.0, 0.0)
-    twist = rotate_inverse(body.orientation, cross(sub(point, body.position), impulse))
+    own = rotate_inverse(body.orientation, twist)
     w = body.inverse_inertia
-    return rotate(body.orientation, (w[0] * twist[0], w[1] * twist[1], w[2] * twist[2]))
+    return rotate(body.orientation, (w[0] * own[0], w[1] * own[1], w[2] * own[2]))
 
 
 def pushing(matrix: Array, wanted: Array) -> list[int]:

@@ -135,6 +135,7 @@ def _scene(path: Path) -> dict[str, Any]:
         "what": "scene",
         "up": table.up,
         "seed": table.seed,
+        "periodic": table.periodic and [edge if edge < float("inf") else None for edge in table.periodic],
         "run": table.run.model_dump(exclude_none=True),
         "laws": [{"id": law.id, "name": law.name, "enabled": law.enabled} for law in table.laws],
         "objects": [

@@ -10,7 +10,7 @@ import ast
 import builtins
 import copy
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -22,7 +22,7 @@ PACKAGE = "xpheve.kernels"
 MARK = "__"
 
 
-def assemble(body: str, files: Mapping[str, str] | None = None) -> str:
+def assemble(body: str, files: Mapping[str, str] | None = None, declared: Collection[str] = ()) -> str:
     """Return the text that defines ``entry``: what the names ``file__function`` in ``body`` mean, then ``body`` as it is.
 
     Parameters
@@ -30,7 +30,10 @@ def assemble(body: str, files: Mapping[str, str] | None = None) -> str:
     body
         Generated text that defines ``def entry(f, n): ...``.
     files
-        Kernel files of packs: name to path. Names of xPheve's own kernel files are taken.
+        Kernel files of packs: name to path. Names of xPheve's own kernel files are taken. They may import from each other, by the
+        names of their modules.
+    declared
+        Functions that ``body`` defines and kernel files of packs may call: they import them from a module that only declares them.
 
     Raises
     ------
@@ -39,16 +42,16 @@ def assemble(body: str, files: Mapping[str, str] | None = None) -> str:
     """
     if not files:  # xPheve's own do not change while it runs
         return _assembled(body)
-    return _assemble(body, files)
+    return _assemble(body, files, declared)
 
 
 @lru_cache(maxsize=64)
 def _assembled(body: str) -> str:
-    return _assemble(body, {})
+    return _assemble(body, {}, ())
 
 
-def _assemble(body: str, files: Mapping[str, str]) -> str:
-    writer = _Writer(_Library(files))
+def _assemble(body: str, files: Mapping[str, str], declared: Collection[str]) -> str:
+    writer = _Writer(_Library(files, declared))
     for node in _in_order(parse(body)):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             file, mark, name = node.id.partition(MARK)
@@ -70,6 +73,8 @@ class _File:
     imports: dict[str, tuple[str, str]] = field(default_factory=dict)
     strangers: dict[str, str] = field(default_factory=dict)
     """Names imported from elsewhere, which only annotations may use in xPheve's own files."""
+    declared: set[str] = field(default_factory=set)
+    """Imported names that the text itself defines."""
 
     def wrong(self, node: ast.AST | None, what: str) -> CompileError:
         line = f":{getattr(node, 'lineno', 1)}" if node is not None else ""
@@ -79,8 +84,9 @@ class _File:
 class _Library:
     """The kernel files at hand, each read when it is first asked for."""
 
-    def __init__(self, files: Mapping[str, str]) -> None:
+    def __init__(self, files: Mapping[str, str], declared: Collection[str] = ()) -> None:
         self.files = dict(files)
+        self.declared = declared
         self.read: dict[str, _File] = {}
         for name, path in self.files.items():
             if not name.isidentifier() or MARK in name or name.startswith("_"):
@@ -98,12 +104,18 @@ class _Library:
     def get(self, name: str) -> _File:
         if name not in self.read:
             own = name not in self.files
-            self.read[name] = _parsed(name, os.path.join(CORE, f"{name}.py") if own else self.files[name], own)
+            path = os.path.join(CORE, f"{name}.py") if own else self.files[name]
+            self.read[name] = _parsed(name, path, own, self)
         return self.read[name]
 
+    def given(self, module: str) -> str:
+        """The name of the pack's kernel file that ``module`` is; empty if none given is."""
+        name = module.rpartition(".")[2]
+        return name if name in self.files else ""
 
-def _parsed(name: str, path: str, own: bool) -> _File:
-    """Read one kernel file; a pack's may import ``math`` and xPheve's kernels, and nothing else."""
+
+def _parsed(name: str, path: str, own: bool, library: _Library) -> _File:
+    """Read one kernel file; a pack's may import ``math``, xPheve's kernels and the pack's own, and nothing else."""
     file = _File(name, path)
     try:
         with open(path, encoding="utf-8") as source:
@@ -125,7 +137,7 @@ def _parsed(name: str, path: str, own: bool) -> _File:
                     if isinstance(part, ast.Name):
                         file.defines[part.id] = statement
         elif isinstance(statement, ast.Import | ast.ImportFrom):
-            _take_import(file, statement, own)
+            _take_import(file, statement, own, library)
         elif not (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)):
             raise file.wrong(
                 statement, "only imports, constants and functions belong here; move this statement into a function"
@@ -133,7 +145,7 @@ def _parsed(name: str, path: str, own: bool) -> _File:
     return file
 
 
-def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool) -> None:
+def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool, library: _Library) -> None:
     if isinstance(statement, ast.Import):
         strangers = [alias for alias in statement.names if alias.name != "math" or alias.asname]
     elif statement.module == "__future__":
@@ -143,8 +155,17 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool)
         for alias in statement.names:
             file.imports[alias.asname or alias.name] = (other, alias.name)
         return
+    elif not own and statement.level == 0 and (other := library.given(statement.module or "")):
+        for alias in statement.names:
+            if not alias.asname and alias.name in library.declared:
+                file.declared.add(alias.name)
+            else:
+                file.imports[alias.asname or alias.name] = (other, alias.name)
+        return
     else:
-        strangers = statement.names
+        strangers = [alias for alias in statement.names if alias.asname or alias.name not in library.declared]
+        file.declared.update(alias.name for alias in statement.names if alias not in strangers)
+        own = own or (statement.module == "typing" and statement.level == 0)  # of use to annotations only
     for alias in strangers:
         if not own:
             module = (
@@ -152,8 +173,8 @@ def _take_import(file: _File, statement: ast.Import | ast.ImportFrom, own: bool)
             )
             raise file.wrong(
                 statement,
-                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels: "
-                "write the function here, or make it an argument",
+                f"it imports {module!r}; a kernel file may `import math` and import from xpheve.kernels, or from kernel files "
+                "that are named with it: write the function here, or make it an argument",
             )
         file.strangers[alias.asname or alias.name] = alias.name
 
@@ -200,7 +221,7 @@ class _Writer:
 
     def _put_imported(self, file: _File, used: str, node: ast.AST | None) -> None:
         other, original = file.imports[used]
-        if not os.path.isfile(os.path.join(CORE, f"{other}.py")):
+        if not self.library.has(other):
             raise file.wrong(node, f"there is no xpheve.kernels.{other}; import from a kernel file that exists")
         self.put(other, original, f"{file.path} imports {original!r}")
 
@@ -270,6 +291,8 @@ class _Clean(ast.NodeTransformer):
         elif name in self.file.imports:
             self.used.append((node, name))
             node.id = MARK.join(self.file.imports[name])
+        elif name in self.file.declared:
+            pass
         elif name in self.file.strangers or not (name == "math" or hasattr(builtins, name)):
             raise self.wrong(
                 node,

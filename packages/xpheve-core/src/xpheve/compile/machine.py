@@ -134,7 +134,15 @@ def _numba() -> Any:
         from numba.core import cgutils, types
         from numba.core.registry import CPUDispatcher
         from numba.extending import intrinsic
-    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=CPUDispatcher, intrinsic=intrinsic)
+
+    class Dispatcher(CPUDispatcher):
+        """numba's own, but compiled once for all numbers of a type, and not again for each constant that it is called with."""
+
+        def get_call_template(self, args: Any, kws: Any) -> Any:
+            plain: Any = types.unliteral
+            return super().get_call_template(tuple(map(plain, args)), {name: plain(one) for name, one in kws.items()})
+
+    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=Dispatcher, intrinsic=intrinsic)
 
 
 def machine_code(text: str, what: str) -> Machine:

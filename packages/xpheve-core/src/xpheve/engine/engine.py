@@ -36,6 +36,9 @@ class PhysicsEngine(Running, Handles, Objects):
         ``"always"``, or ``"never"``.
     stepper
         The id of a stepper that is to serve all groups that it can, such as ``"core:symplectic8"``; by default the plan chooses.
+    periodic
+        Edges (Lx, Ly, Lz) [m] of a box whose opposite faces are one; None along an axis without period. Places are in [0, L). What knows one
+        image of each object only is refused by name.
 
     Raises
     ------
@@ -53,6 +56,7 @@ class PhysicsEngine(Running, Handles, Objects):
         on_law_error: str = "raise",
         compile: str = "auto",
         stepper: str = "",
+        periodic: Sequence[float | None] | None = None,
     ) -> None:
         if up not in ("x", "y", "z"):
             raise InvalidValueError(f"up = {up!r}: choose 'x', 'y' or 'z'")
@@ -60,6 +64,11 @@ class PhysicsEngine(Running, Handles, Objects):
             raise InvalidValueError(f"on_law_error = {on_law_error!r}: choose 'raise' or 'disable'")
         if not isinstance(seed, int) or seed < 0:
             raise InvalidValueError(f"seed = {seed!r}: a whole number from 0 up is needed")
+        box = None
+        if periodic is not None:
+            from xpheve.plan.periodic import periods
+
+            box = periods(periodic)
         self._registry = registry
         self._disable = tuple(disable)
         self._on_law_error = on_law_error
@@ -67,11 +76,12 @@ class PhysicsEngine(Running, Handles, Objects):
         self._started = False
         self._running = False
         self._authored: Any = None
+        self._queries: Any = None
         self._prepare_control()
         self._view = BodiesView(lambda: self._world.bodies, self._now, self._read_column, lambda: self.snapshot)
-        self._renew(World(up, seed, self._all_steppers))
+        self._renew(World(up, seed, self._all_steppers, box))
         self._world.wish_compiled(compile)
-        self._world.wish_stepper(stepper)
+        self._wish_stepper(stepper)
         registry_now = self.registry
         registry_now.call("xpheve_engine_created", engine=self)
 
@@ -101,7 +111,7 @@ class PhysicsEngine(Running, Handles, Objects):
         return id(world), world.time, world.bodies.change
 
     def _read_column(self, name: str, spare: Any) -> Any:
-        return self._world.read_all(name, self._world.time, spare)
+        return self._world.show_all(name, spare)
 
     @look
     def explain(self) -> Any:

@@ -36,7 +36,7 @@ class Handles(Looking):
         t: Instant | None = None
         if world.ahead and world.transaction is not None and (obj, name) not in world.transaction.written:
             t = later(world.time, world.ahead)
-        found = world.read_row(obj._row, name, t)
+        found = world.show_row(obj._row, name, t)
         return found[0] if name == "mass" else found
 
     @door()
@@ -47,6 +47,13 @@ class Handles(Looking):
             raise InvalidValueError(f"{obj!r}: inertia = {value} while a torque acts on it; remove the torque first")
         if name == "angular_velocity" and world.contacts is not None:
             world.contacts.check_turning(obj, value)
+        if world.periodic is not None and name == "position":
+            from xpheve.plan.periodic import wrapped
+
+            held = world.read_row(obj._row, name)
+            value = wrapped(value, world.periodic)
+            if value == wrapped(held, world.periodic):  # where it is already, as another image: nothing is written
+                value = held
         with world.instant() as transaction:
             transaction.write(obj, name, value)
             if name in STATE_WIDTHS:

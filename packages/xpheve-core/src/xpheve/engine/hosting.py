@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +14,19 @@ from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve.laws import Contact, Event, FieldLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
+from xpheve.objects import PhysicalObject
 from xpheve.observers import Observer, Probe
 from xpheve.plan import scenery
 from xpheve.realtime.doors import door
 
+if TYPE_CHECKING:
+    from xpheve.queries import Queries
+
 
 class Hosting(Looking):
     """The part of `PhysicsEngine` that laws know: `xpheve.laws.law.LawHost`."""
+
+    _queries: Queries | None
 
     @contextlib.contextmanager
     def acting(self, law: PhysicalLaw) -> Iterator[None]:
@@ -40,6 +46,11 @@ class Hosting(Looking):
     def set_parameter(self, law: PhysicalLaw, name: str, value: Any) -> None:
         """Set a parameter of ``law``, checked: `PhysicalLaw.set_parameter`."""
         law.put_parameter(name, value)
+
+    @door()
+    def set_pairs(self, law: ResponseLaw, pairs: dict[frozenset[PhysicalObject], dict[str, Any]]) -> None:
+        """Set what parameters of ``law`` are for pairs of objects, checked: `ResponseLaw.set_pair`."""
+        law.put_pairs(pairs)
 
     @door(waits=True)
     def set_enabled(self, law: PhysicalLaw, value: bool) -> None:
@@ -95,16 +106,35 @@ class Hosting(Looking):
         """Take up the contact server of the pack that offers one."""
         if self._world.contacts is not None:
             return
-        servers = self.registry.contact_servers()
-        if not servers:
-            with contextlib.suppress(UnknownLawError):
-                self.registry.find("contact_server", "collision:exact_server")
-            servers = self.registry.contact_servers()
+        servers = self._contact_servers()
         if not servers:
             raise UnknownLawError("no pack at hand finds contacts: pip install xpheve-laws-collision")
         server = servers[min(servers)]()
         server.attach(self._world)
         self._world.contacts = server
+
+    def _contact_servers(self) -> dict[str, Any]:
+        """The contact servers of packs at hand, by id; that of our own pack, if it is there and no other one is loaded."""
+        servers = self.registry.contact_servers()
+        if not servers:
+            with contextlib.suppress(UnknownLawError):
+                self.registry.find("contact_server", "collision:exact_server")
+            servers = self.registry.contact_servers()
+        return servers
+
+    @property
+    def queries(self) -> Queries:
+        """Rays, nearest points, overlaps and sweeps among the objects as they stand now: `xpheve.queries.Queries`.
+
+        Raises `UnknownLawError` if no pack answers them.
+        """
+        if self._queries is None:
+            servers = self._contact_servers()
+            found = (servers[ident].queries(self) for ident in sorted(servers))
+            self._queries = next((one for one in found if one is not None), None)
+        if self._queries is None:
+            raise UnknownLawError("no pack at hand answers queries: pip install xpheve-laws-collision")
+        return self._queries
 
     def random_stream(self, law: PhysicalLaw) -> np.random.Generator:
         """The random numbers of ``law``: seeded by the scene's seed and the law's rank."""
@@ -180,6 +210,8 @@ def _put_law(law: PhysicalLaw, what: str, value: Any) -> None:
     """Set a parameter, or ``enabled``, without telling the engine."""
     if what == "enabled":
         law._enabled = value
+    elif what == "_pairs":
+        law._pairs = value
     else:
         law.parameters[what] = value
 

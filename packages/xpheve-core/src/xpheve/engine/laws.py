@@ -57,7 +57,7 @@ class Laws(Hosting):
                 raise OwnershipError(f"{made.label()}: {word} {obj!r}, which is not in this engine: add it first")
         if isinstance(made, PairLaw):
             made.reach()
-        require_formula(made)
+        self._check_formula(made)
         holder = self._container_for(made, container)
         if holder is not None:
             holder.check(made)
@@ -144,6 +144,14 @@ class Laws(Hosting):
                 self._take_law(law)
         return container
 
+    def _check_formula(self, law: PhysicalLaw) -> None:
+        """Raise if ``law`` says no formula, or cannot live in a periodic scene that this is."""
+        require_formula(law)
+        if self._world.periodic is not None:
+            from xpheve.plan import periodic
+
+            periodic.check_law(law)
+
     def _check_container(self, container: LawContainer) -> None:
         """Raise if ``container`` cannot be added."""
         if not isinstance(container, LawContainer):
@@ -154,6 +162,10 @@ class Laws(Hosting):
         if container.condition is None and not container.is_polled:
             raise InvalidValueError(f"{container!r} has no condition: LawContainer(condition), or override detect")
         check_references(self, container)
+        if self._world.periodic is not None:
+            from xpheve.plan import periodic
+
+            periodic.check_container(self._world, container)
         period = container.period
         if (
             container.is_polled
@@ -170,7 +182,7 @@ class Laws(Hosting):
         for law in container.laws:
             if law.engine not in (None, self):
                 raise OwnershipError(f"{container!r} holds {law!r}, which is in another engine")
-            require_formula(law)
+            self._check_formula(law)
 
     def _take_law(self, law: PhysicalLaw) -> None:
         """``law``, checked, is in this engine from now on."""
@@ -186,7 +198,7 @@ class Laws(Hosting):
         """``law`` is about to be put into a container of this engine: it comes along, unless it is elsewhere."""
         if law.engine is None:
             self._check_law_name(law)
-            require_formula(law)
+            self._check_formula(law)
             self._take_law(law)
         elif law.engine is not self:
             raise OwnershipError(f"{law!r} is in another engine; make another: type(law)(**law.parameters)")

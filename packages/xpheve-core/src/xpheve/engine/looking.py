@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from threading import get_ident
 from typing import Any
@@ -47,6 +48,11 @@ class Looking(Control):
         return self._world.up
 
     @property
+    def periodic(self) -> Vec | None:
+        """Edges [m] of the box whose opposite faces are one, infinite along an axis without period; None where there is none."""
+        return self._world.periodic
+
+    @property
     def seed(self) -> int:
         """Seed of the laws' random numbers."""
         return self._world.seed
@@ -67,6 +73,13 @@ class Looking(Control):
 
     @stepper.setter
     def stepper(self, wish: str) -> None:
+        self._wish_stepper(wish)
+
+    def _wish_stepper(self, wish: str) -> None:
+        """Ask for stepper ``wish``, whose pack is loaded if it is a pack's."""
+        if isinstance(wish, str) and ":" in wish and not wish.startswith("core:"):
+            with contextlib.suppress(UnknownLawError):
+                self.registry.find("stepper", wish)
         self._world.wish_stepper(wish)
 
     @property
@@ -121,6 +134,11 @@ class Looking(Control):
         raise UnknownLawError(f"no law here is {name!r}; at hand: {at_hand}{hint}")
 
     @look
+    def look_at(self, ask: Callable[[], Any]) -> Any:
+        """What ``ask()`` gives, which sees the scene whole: on a thread that does not hold it, between two frames."""
+        return ask()
+
+    @look
     def laws_of(self, obj: PhysicalObject) -> tuple[PhysicalLaw, ...]:
         """The laws that ``obj`` obeys, in rank order."""
         return tuple(self._world.ordered_laws(self._world.mapping.laws(obj)))
@@ -151,7 +169,7 @@ class Looking(Control):
         from xpheve.record.frame import Frame
 
         world = self._world
-        columns = {name: np.ascontiguousarray(world.read_all(name, world.time).T) for name in STATE_WIDTHS}
+        columns = {name: np.ascontiguousarray(world.show_all(name).T) for name in STATE_WIDTHS}
         serial = world.bodies.serial[: world.bodies.count].copy()
         return Frame(time=self.time, serial=serial, energy=(*self.energy(),), **columns)
 

@@ -10,7 +10,7 @@ from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve.laws import PhysicalLaw
 from xpheve.objects import PhysicalObject, Quat
-from xpheve.plan import driven, geometry, scenery
+from xpheve.plan import driven, geometry, scenery, successors
 from xpheve.realtime.doors import door
 from xpheve.shapes.base import Shape
 
@@ -53,6 +53,87 @@ class Objects(Laws):
         self._check_own(obj)
         self._structurally(lambda: scenery.remove_object(self._world, obj) if obj._engine is self else None)
         return obj
+
+    @door(waits=True)
+    def replace_object(
+        self,
+        obj: PhysicalObject,
+        new: PhysicalObject | Iterable[PhysicalObject],
+        laws: Iterable[PhysicalLaw | str] | None = None,
+    ) -> tuple[PhysicalObject, ...]:
+        """Take ``obj`` out and ``new`` objects in, at this instant; in a handler at its end, after all handlers. Returns the new ones.
+
+        They obey ``laws``; None stands for those of ``obj``, but for pair laws that name their objects. Their states are their own.
+
+        Raises
+        ------
+        InvalidValueError
+            If ``obj`` has a successor at this instant already; and as `add_objects` does.
+        """
+        added, obeyed = self._successors(obj, new, laws)
+        successors.check_once(self._world, obj)
+        self._coming(added)
+        self._structurally(
+            lambda: successors.replace(self._world, self, obj, added, obeyed) if obj._engine is self else None
+        )
+        return added
+
+    @door(waits=True)
+    def split_object(
+        self,
+        obj: PhysicalObject,
+        parts: Iterable[PhysicalObject],
+        laws: Iterable[PhysicalLaw | str] | None = None,
+        *,
+        conserve: bool = True,
+    ) -> tuple[PhysicalObject, ...]:
+        """Let ``obj`` come apart into ``parts`` at this instant; in a handler at its end, after all handlers. Returns the parts.
+
+        Parts are put where their ``position`` says, and move on as the rigid ``obj`` moves there; their own ``velocity`` and
+        ``angular_velocity`` come on top. Mass, momentum and angular momentum are kept; kinetic energy that they gain is work of ``"split"``.
+
+        Parameters
+        ----------
+        obj
+            What comes apart; neither fixed nor driven.
+        parts
+            New objects, in no engine, none of them fixed.
+        laws
+            As in `replace_object`.
+        conserve
+            Whether parts that would change mass, momentum or angular momentum are refused.
+
+        Raises
+        ------
+        InvalidValueError
+            If they are refused, with the numbers; and as in `replace_object`.
+        """
+        added, obeyed = self._successors(obj, parts, laws)
+        successors.check_parts(obj, added, conserve)
+        successors.check_once(self._world, obj)
+        self._coming(added)
+        world, here = self._world, obj.position
+        self._structurally(
+            lambda: successors.split(world, self, obj, added, obeyed, here, conserve) if obj._engine is self else None
+        )
+        return added
+
+    def _successors(
+        self,
+        obj: PhysicalObject,
+        new: PhysicalObject | Iterable[PhysicalObject],
+        laws: Iterable[PhysicalLaw | str] | None,
+    ) -> tuple[tuple[PhysicalObject, ...], list[PhysicalLaw]]:
+        """What takes the place of ``obj``, and the laws it will obey, both checked."""
+        self._check_own(obj)
+        added = (new,) if isinstance(new, PhysicalObject) else tuple(new)
+        obeyed = successors.laws_of(self._world, obj) if laws is None else [self._own_law(law) for law in laws]
+        scenery.check_objects(self._world, self, added, obeyed)
+        return added, obeyed
+
+    def _coming(self, added: tuple[PhysicalObject, ...]) -> None:
+        if self._world.transaction is not None:
+            self._world.transaction.coming += added
 
     @door(waits=True)
     def map(self, obj: PhysicalObject, law: PhysicalLaw | str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from typing import Any
@@ -229,6 +230,11 @@ class Running(Saving):
             number += 1
         return multiple(origin, number, dt)
 
+    def _periodic_metadata(self) -> dict[str, Any]:
+        """Of periodic scenes only, so that records of others stay as they were."""
+        box = self._world.periodic
+        return {} if box is None else {"periodic": [edge if edge < math.inf else None for edge in box]}
+
     def _metadata(self, every: float) -> dict[str, Any]:
         from xpheve import __version__
 
@@ -237,6 +243,7 @@ class Running(Saving):
             "xpheve": __version__,
             "up": self.up,
             "seed": self.seed,
+            **self._periodic_metadata(),
             "every": every,
             "steppers": choices,
             "compile": self.compile,

@@ -8,13 +8,11 @@ from xpheve.laws.law import (
     API_VERSION,
     ContinuousLaw,
     FieldLaw,
-    Impulse,
     PairLaw,
     PhysicalLaw,
-    ResponseLaw,
-    Velocities,
 )
 from xpheve.laws.param import Column, Constant, Param
+from xpheve.laws.response import Grip, Impulse, ResponseLaw, Velocities
 
 __all__ = [
     "API_VERSION",
@@ -26,6 +24,7 @@ __all__ = [
     "Event",
     "FieldLaw",
     "FlowLaw",
+    "Grip",
     "Impulse",
     "LawContainer",
     "PairLaw",

@@ -42,6 +42,8 @@ class LawContainer:
     """If not empty, only laws of this role."""
     period: float | None = None
     """Time [s] between two calls of an overridden `detect`; None for the start of each host step."""
+    periodic: ClassVar[bool] = True
+    """Whether it finds its events in periodic scenes; one whose `detect` compares positions, and knows no images, says False."""
     params: ClassVar[dict[str, Param]] = {}
     span: float = 0.0
     """Time [s] from this call of `detect` to the next; set before each."""

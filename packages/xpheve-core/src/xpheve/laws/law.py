@@ -10,12 +10,13 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from xpheve.errors import InvalidValueError, LawDefinitionError, ParameterError
-from xpheve.laws.conditions import Condition, Impact
-from xpheve.laws.event import Contact, Event, Vec
+from xpheve.laws.conditions import Condition
+from xpheve.laws.event import Contact, Event
 from xpheve.laws.param import Column, Param
 
 if TYPE_CHECKING:
     from xpheve.laws.container import LawContainer
+    from xpheve.laws.response import ResponseLaw
     from xpheve.laws.view import BodyView
     from xpheve.objects import PhysicalObject
 
@@ -31,6 +32,7 @@ class LawHost(Protocol):
     def objects_of(self, law: PhysicalLaw) -> tuple[PhysicalObject, ...]: ...
     def set_parameter(self, law: PhysicalLaw, name: str, value: Any) -> None: ...
     def set_enabled(self, law: PhysicalLaw, value: bool) -> None: ...
+    def set_pairs(self, law: ResponseLaw, pairs: dict[frozenset[PhysicalObject], dict[str, Any]]) -> None: ...
     def law_changed(self, law: PhysicalLaw, what: str, old: Any) -> None: ...
     def evaluate_and_store(self, law: PhysicalLaw) -> None: ...
     def answer_contacts(self, law: ResponseLaw, contacts: tuple[Contact, ...]) -> None: ...
@@ -231,6 +233,8 @@ class ContinuousLaw(PhysicalLaw):
     role = "force"
     singular: ClassVar[str] = ""
     """A sentence that says where the force has no finite value; it ends the error that such a force raises."""
+    periodic: ClassVar[bool] = False
+    """Whether the law gives the same force for every image of an object: then it may read ``position`` in periodic scenes."""
     kernel: ClassVar[str] = ""
     """Import path of a kernel file written by hand, in place of an expression.
 
@@ -516,75 +520,3 @@ def _sides(between: Any, label: str) -> tuple[tuple[PhysicalObject, ...], tuple[
     if not all(isinstance(obj, PhysicalObject) for side in sides for obj in side):
         raise InvalidValueError(f"{label}: between = {between!r}: two objects, or two lists of objects, are needed")
     return sides
-
-
-class Impulse:
-    """An impulse [N s], world frame, on ``body_b`` of a contact, its opposite on ``body_a``: a response that takes the pair over.
-
-    It acts at the contact point, and so turns extended bodies, unless the law answers bodies as points.
-    """
-
-    __slots__ = ("vector",)
-
-    def __init__(self, vector: Iterable[float]) -> None:
-        values = tuple(float(component) for component in vector)
-        if len(values) != 3 or not all(map(math.isfinite, values)):
-            raise InvalidValueError(f"Impulse({values!r}): three finite numbers [N s] are needed")
-        self.vector: Vec = (values[0], values[1], values[2])
-
-
-class Velocities:
-    """Velocities [m/s], world frame, that ``body_a`` and ``body_b`` of a contact have afterwards: a response that takes the pair over.
-
-    What is fixed, or driven by the host, keeps its own. Neither momentum nor energy need be kept; the work is booked.
-
-    Parameters
-    ----------
-    a, b
-        Velocity of ``body_a`` and of ``body_b``, shape (3,).
-
-    Raises
-    ------
-    InvalidValueError
-        If one is not three finite numbers.
-
-    """
-
-    __slots__ = ("a", "b")
-
-    def __init__(self, a: Iterable[float], b: Iterable[float]) -> None:
-        for name, given in (("a", a), ("b", b)):
-            values = tuple(float(component) for component in given)
-            if len(values) != 3 or not all(map(math.isfinite, values)):
-                raise InvalidValueError(f"Velocities({name}={values!r}): three finite numbers [m/s] are needed")
-            setattr(self, name, values)
-
-    a: Vec
-    b: Vec
-
-
-class ResponseLaw(PhysicalLaw):
-    """What two touching, approaching objects do; both must be mapped to the law.
-
-    In a container that waits for contacts (`collision:exact`) the contact server asks `respond` at the exact instant; in one that
-    finds contacts itself (`collision:bounding_box`, `collision:picking`) for those that it found.
-    """
-
-    role = "collision"
-    condition = Impact()
-    exclusive = frozenset({"contact-response"})
-    lever_arms: ClassVar[bool] = True
-    """Whether impulses act at the contact points, and so turn extended bodies; if not, bodies answer as points."""
-
-    def respond(self, contact: Contact) -> float | Impulse | Velocities:
-        """Speed [m/s], >= 0, at which the pair leaves along the normal; or an `Impulse` or `Velocities` that take it over."""
-        raise LawDefinitionError(f"{type(self).__name__}: write respond(self, contact)")
-
-    def enforce_this_law(self, event: Event) -> None:
-        """Answer the contacts that a polled container found. The contact server asks `respond` directly, and does not come here."""
-        if self.engine is not None:
-            self.engine.answer_contacts(self, event.contacts)
-
-    @classmethod
-    def is_concrete(cls) -> bool:
-        return cls.respond is not ResponseLaw.respond

@@ -158,19 +158,26 @@ class Column:
         Value [unit] of objects that are not given one; ``math.nan`` marks "not given".
     unit, gt, ge, lt, le, doc
         As in `Param`.
+    whole
+        Whether it takes whole numbers only, such as bits.
     """
 
-    def __init__(self, default: float = 0.0, *, unit: str = "1", doc: str = "", **bounds: float | None) -> None:
+    def __init__(
+        self, default: float = 0.0, *, unit: str = "1", doc: str = "", whole: bool = False, **bounds: float | None
+    ) -> None:
         self.default = float(default)
         self.unit = unit
         self.doc = doc
+        self.whole = whole
         self.param = Param(0.0, unit=unit, doc=doc, **bounds)  # type: ignore[arg-type]
 
     def check(self, value: Any, owner: str, name: str) -> float:
         """``value`` as a float in SI; raises `ParameterError` as `Param.check` does."""
         self.param.name = name
-        checked = self.param.check(value, owner)
-        return float(checked)
+        checked = float(self.param.check(value, owner))
+        if self.whole and not checked.is_integer():
+            raise ParameterError(f"{owner}.{name} = {checked!r}: a whole number is needed")
+        return checked
 
 
 class Constant:

@@ -56,6 +56,7 @@ def explain(engine: PhysicsEngine) -> Explanation:
         "state": engine.state,
         "objects": world.bodies.count,
         "compile": world.compile,
+        "periodic": None if world.periodic is None else [_finite(edge) for edge in world.periodic],
         "groups": _groups(world, loops),
         "laws": [_law(world, law, own, shares, tiers) for law, own in zip(world.laws, engine._world.laws, strict=True)],
         "conditions": [_container(world, container) for container in world.containers],
@@ -273,6 +274,9 @@ def drift(engine: PhysicsEngine) -> float | None:
 def _lines(data: dict[str, Any]) -> list[str]:
     """The explanation as text."""
     lines = [f"t = {data['time']} s, {data['state']}, {data['objects']} objects, {len(data['laws'])} laws", ""]
+    if data["periodic"]:
+        edges = ", ".join("none" if edge is None else f"{edge:.9g} m" for edge in data["periodic"])
+        lines += [f"periodic: {edges} along x, y, z; places are in [0, L)", ""]
     lines.append("who moves whom")
     for group in data["groups"]:
         lines.append(

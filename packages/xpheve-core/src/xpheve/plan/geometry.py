@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
 def check_shape(world: World, obj: PhysicalObject, shape: Shape | None) -> None:
     """Raise if ``obj`` cannot have ``shape`` where it is, under its laws and forces."""
+    if world.periodic is not None:
+        from xpheve.plan import periodic
+
+        periodic.check_shape(obj, shape, world.periodic, world.up_vector)
     mass = mass_with(obj, shape)
     inertia = inertia_with(obj, shape, mass)
     if not any(inertia) and any(any(one.force.torque) for one in world.forces.on(obj)):

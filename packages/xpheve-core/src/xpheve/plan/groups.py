@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from xpheve.errors import NoStepperError
@@ -274,7 +275,7 @@ def signature_of(world: World, group: Sequence[PhysicalObject], known: dict[Pair
     level = level_of(world, group, levels)
     found = Signature(labels, torque, len(group) > 1, level=level)
     if not found.evaluated:
-        return found
+        return replace(found, impacts=True) if flies_to_impacts(world, group[0], found) else found
     ordered = [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
     facts = facts_of(world, tuple(ordered))
     fixed = world.settings.dt is not None
@@ -298,6 +299,11 @@ def signature_of(world: World, group: Sequence[PhysicalObject], known: dict[Pair
         flows=tuple(sorted({law.label() for law in laws if isinstance(law, FlowLaw)})),
         level=level,
     )
+
+
+def flies_to_impacts(world: World, obj: PhysicalObject, signature: Signature) -> bool:
+    """Whether ``obj``, a group of its own under stored forces alone, flies from impact to impact in a stepper of the contact server's pack."""
+    return world.contacts is not None and signature.torque == "none" and world.contacts.flies(obj)
 
 
 class Facts(NamedTuple):

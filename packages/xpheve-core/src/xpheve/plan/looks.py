@@ -64,7 +64,8 @@ class Looks:
                 return False
         if not known.alone:
             return False
-        at = (known, kind, known.waits and needs_parabolas(self.world, [obj]))
+        parabolas = known.waits and needs_parabolas(self.world, [obj])
+        at = (known, kind, parabolas, known.waits and self.world.contacts is not None and self.world.contacts.flies(obj))
         objects = self._alike.get(at)
         if objects is None:
             self._alike[at] = self.take([obj])

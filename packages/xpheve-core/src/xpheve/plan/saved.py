@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from xpheve.errors import RecordError, UnknownLawError
 from xpheve.forces import Force
-from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import leaves
 from xpheve.laws.conditions.text import TextExpression
@@ -124,6 +124,7 @@ def save(world: World, started: bool) -> Saved:
         "version": VERSION,
         "up": world.up,
         "seed": world.seed,
+        "periodic": None if world.periodic is None else [_edge(edge) for edge in world.periodic],
         "started": started,
         "time": world.time,
         "epoch": world.ranks.epoch,
@@ -182,8 +183,17 @@ def save(world: World, started: bool) -> Saved:
     return Saved(header, arrays, list(bodies.objects), laws, containers, shapes, writer.functions, points, writer.gone)
 
 
+def _edge(edge: float) -> float | None:
+    return edge if edge < math.inf else None
+
+
 def _plain(value: float) -> Any:
     return None if math.isnan(value) else value
+
+
+def _parameters(plain: Header) -> dict[str, Any]:
+    """Parameters as laws keep them."""
+    return {key: tuple(v) if isinstance(v, list) else v for key, v in plain.items()}
 
 
 def _law(world: World, law: PhysicalLaw) -> Header:
@@ -202,7 +212,15 @@ def _law(world: World, law: PhysicalLaw) -> Header:
         "between": None if between is None else [[obj.serial for obj in side] for side in between],
         "pairs": None if pairs is None else [[a.serial, b.serial] for a, b in pairs],
         "one_sided": getattr(law, "one_sided", False),
+        "for_pairs": _for_pairs(law),
     }
+
+
+def _for_pairs(law: PhysicalLaw) -> list[Any]:
+    """What was set for pairs of objects alone: two serial numbers, and the values by name."""
+    if not isinstance(law, ResponseLaw):
+        return []
+    return [[*sorted(obj.serial for obj in couple), dict(values)] for couple, values in law.pair_values.items()]
 
 
 def _container(world: World, container: LawContainer, number: dict[PhysicalLaw, int], writer: Writer) -> Header:
@@ -265,9 +283,9 @@ def restore_into(engine: Any, saved: Saved) -> None:
         container.laws = []
     for point in world.wakeups.points.values():
         point._position, point._attached, point.engine = point.position, None, None
-    engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers))
+    engine._renew(World(saved.header["up"], saved.header["seed"], engine._all_steppers, world.periodic))
     for law, entry in zip(saved.laws, saved.header["laws"], strict=True):
-        law.parameters = {key: tuple(v) if isinstance(v, list) else v for key, v in entry["parameters"].items()}
+        law.parameters = _parameters(entry["parameters"])
         law._enabled = entry["enabled"]
         law.evaluations = entry["evaluations"]
         law.state = {key: list(v) if isinstance(v, list) else v for key, v in entry["state"].items()}
@@ -298,7 +316,7 @@ def revive(
     """A new engine of class ``kind`` from what `save` gave, with handles of its own; ``class_of`` says of which class an object is."""
     header, arrays = portable
     _check_version(header.get("version"))
-    engine = kind(up=header["up"], seed=header["seed"], registry=registry)
+    engine = kind(up=header["up"], seed=header["seed"], registry=registry, **_setting(header))
     local_laws = {law.label(): law for law in laws}
     local_containers: dict[str, type[LawContainer]] = {c.label(): c for c in containers} | {
         "LawContainer": LawContainer
@@ -343,6 +361,11 @@ def revive(
             first, of_first, first_objects, first_laws, first_containers, had, live, kept, first_gone
         )
     return engine
+
+
+def _setting(header: Header) -> dict[str, Any]:
+    """What only some scenes say; subclasses of the engine that know nothing of it need not take it otherwise."""
+    return {} if header.get("periodic") is None else {"periodic": header["periodic"]}
 
 
 def _check_version(version: Any) -> None:
@@ -483,6 +506,10 @@ def _build(
             law.between, law.one_sided = (these, those), entry.get("one_sided", False)
         if isinstance(law, PairLaw) and entry.get("pairs") is not None:
             law.pairs = tuple((serials[a], serials[b]) for a, b in entry["pairs"])
+        if isinstance(law, ResponseLaw):
+            law._pairs = {
+                frozenset((serials[a], serials[b])): _parameters(values) for a, b, values in entry.get("for_pairs", [])
+            }
     _build_mapping(world, header, objects, laws)
     _build_batches(engine, world, header, arrays)
     for serial, owner, vector, torque, ident, until, accounted in header["forces"]:

@@ -46,6 +46,10 @@ def check_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], 
                 )
             names.add(obj.name)
         _check_values(obj, laws)
+        if world.periodic is not None:
+            from xpheve.plan.periodic import check_shape
+
+            check_shape(obj, obj.shape, world.periodic, world.up_vector)
     for law in laws:
         if law.engine is not engine:
             raise OwnershipError(f"{law!r} is not in this engine: add it with engine.add_law first")
@@ -71,6 +75,10 @@ def add_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], la
         return
     n = len(objects)
     values: dict[str, Any] = {name: np.array([obj._own[name] for obj in objects], dtype=float) for name in FIELDS}
+    if world.periodic is not None:
+        from xpheve.plan.periodic import wrap_rows
+
+        wrap_rows(values["position"].T, world.periodic)
     values["fixed"] = [obj.fixed for obj in objects]
     values["serial"] = np.arange(world._next_serial, world._next_serial + n)
     rows = world.bodies.append(objects, values, world.time)
@@ -126,7 +134,7 @@ def _tell_mapped(
 def remove_object(world: World, obj: PhysicalObject) -> None:
     """Take ``obj`` out; it owns its last state again."""
     world.wakeups.let_go(obj)
-    state = {name: world.read_row(obj._row, name) for name in FIELDS}
+    state = {name: world.show_row(obj._row, name) for name in FIELDS}
     state["mass"] = state["mass"][0]  # type: ignore[assignment]
     group = [other for other in world.groups.get(obj, []) if other is not obj]
     if immovable(obj):
@@ -147,6 +155,9 @@ def remove_object(world: World, obj: PhysicalObject) -> None:
     for law in world.laws:
         if isinstance(law, PairLaw) and law.pairs is not None and law.joined(obj):
             law.pairs = tuple(pair for pair in law.pairs if obj not in pair)
+    for law in laws:
+        if isinstance(law, ResponseLaw):
+            law.forget_object(obj)
     world.forces.of.pop(obj, None)
     world.groups.pop(obj, None)
     world.unplanned.pop(obj, None)
@@ -210,6 +221,8 @@ def unmap_law(world: World, obj: PhysicalObject, law: PhysicalLaw) -> None:
         return
     _tell_mapped(world, when.ObjectRemoved, [obj], [law])
     world.mapping.remove(obj, law)
+    if isinstance(law, ResponseLaw):
+        law.forget_object(obj)
     withdraw(world, law, [obj])
     after_mapping(world, law, [obj])
     for container in law.containers:

@@ -65,6 +65,8 @@ class Transaction:
         """Structural changes, made at the end of the instant."""
         self.coming: list[PhysicalObject] = []
         """Objects that will be added then."""
+        self.leaving: dict[PhysicalObject, None] = {}
+        """Objects that others will take the place of then."""
         self.mapped: dict[PhysicalObject, list[PhysicalLaw]] = {}
         """Laws that objects will be mapped to then."""
         self._counts = (world.events, world.posts, dict(world.work))

@@ -21,7 +21,7 @@ from xpheve.kernels.clock import START as ZERO
 from xpheve.laws import ContinuousLaw, Event, FieldLaw, FlowLaw, LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.laws import conditions as when
 from xpheve.objects import PhysicalObject
-from xpheve.plan import books, contacts_wanted, loops
+from xpheve.plan import books, contacts_wanted, flights_to_impacts, loops
 from xpheve.plan.driven import Arrival, dependents, immovable
 from xpheve.plan.evaluation import UP, BatchSources, Evaluator, is_constant
 from xpheve.plan.flows import prove_flow
@@ -60,8 +60,16 @@ BUSY_INSTANT = 100_000  # stages of one instant; a scene that needs more repeats
 class World:
     """Everything an engine holds between two calls."""
 
-    def __init__(self, up: str, seed: int, steppers: Callable[[bool], Iterable[Stepper]]) -> None:
+    def __init__(
+        self,
+        up: str,
+        seed: int,
+        steppers: Callable[[bool], Iterable[Stepper]],
+        periodic: tuple[float, float, float] | None = None,
+    ) -> None:
         self.up = up
+        self.periodic = periodic
+        """Edges [m] of the box whose opposite faces are one, infinite along an axis without period; None where there is none."""
         self.seed = seed
         self.time: Instant = ZERO
         self.bodies = Bodies()
@@ -175,6 +183,24 @@ class World:
                 batch.stepper.read(batch.state, bodies, t, name, part)
                 out[:, where] = part
         return out
+
+    def show_row(self, row: int, name: str, t: Instant | None = None) -> tuple[float, ...]:
+        """`read_row` as users see it: in a periodic scene the image in the box, whichever the row holds."""
+        found = self.read_row(row, name, t)
+        if self.periodic is None or name != "position":
+            return found
+        from xpheve.plan.periodic import wrapped
+
+        return wrapped(found, self.periodic)
+
+    def show_all(self, name: str, out: Array | None = None) -> Array:
+        """`read_all` now, as users see it: in a periodic scene the images in the box."""
+        found = self.read_all(name, self.time, out)
+        if self.periodic is not None and name == "position":
+            from xpheve.plan.periodic import wrap_rows
+
+            wrap_rows(found, self.periodic)
+        return found
 
     def _whole_batch(self, n: int) -> Batch | None:
         """The batch that holds all rows in their order, if one does."""
@@ -574,7 +600,7 @@ class World:
         rows = np.array(sorted(obj._row for obj in objects), dtype=np.int64)
         for batch in self.batches:
             # A batch in the midst of a step of its own is left alone.
-            free = batch.stepper.covered(batch.state) in (NEVER, self.time)
+            free = batch.stepper.impacts or batch.stepper.covered(batch.state) in (NEVER, self.time)
             if batch.signature == signature and batch.stepper is choice.stepper and (free or not batch.state.count):
                 if not batch.state.count:
                     batch.state = choice.stepper.start(rows, self.bodies, self.time, None)
@@ -595,10 +621,12 @@ class World:
 
     def plan(self) -> None:
         """Give what is new or changed its rank, stored forces, group, stepper and servers."""
-        if self.contacts is not None and self.structure != self._contacts_seen:
-            self._contacts_seen = self.structure
-            contacts_wanted.mark_changed(self)
-            self._listen()
+        if self.contacts is not None:
+            self.contacts.plan()
+            if self.structure != self._contacts_seen:
+                self._contacts_seen = self.structure
+                contacts_wanted.mark_changed(self)
+                self._listen()
         if self.dirty:
             self._plan_motion()
         self.wakeups.plan()
@@ -885,6 +913,8 @@ class World:
                 # An event whose time reads as ``until`` belongs to this run, whatever its offset.
                 ends = due[0] > until[0]
                 horizon = until if ends else due
+                if flights_to_impacts.advance(self, until, due):
+                    continue
                 lagging = self._lagging(horizon)
                 if lagging is not None:
                     known = lagging.stepper.covered(lagging.state)
@@ -916,7 +946,9 @@ class World:
 
     def _lagging(self, horizon: Instant) -> Batch | None:
         """The batch that is known for the shortest time, if that is before ``horizon``."""
-        found = [b for b in self.batches if b.state.count and b.stepper.covered(b.state) < horizon]
+        found = [
+            b for b in self.batches if b.state.count and not b.stepper.impacts and b.stepper.covered(b.state) < horizon
+        ]
         # Sources before what they act on, which asks where they are.
         return min(
             found,
@@ -926,7 +958,8 @@ class World:
 
     def _known_until(self) -> Instant:
         """Until when all batches are known, after one failed to go on; the present time if all are in closed form."""
-        first = min((b.stepper.covered(b.state) for b in self.batches if b.state.count), default=NEVER)
+        known = [b.stepper.covered(b.state) for b in self.batches if b.state.count and not b.stepper.impacts]
+        first = min(known, default=NEVER)
         return self.time if first == NEVER else first
 
     def give_up(self, error: LawFailedError | TraceError, failed: object = None) -> None:

@@ -85,7 +85,7 @@ def take(
     objects = tuple(bodies.objects)
     same = last is not None and last.objects == objects
     rows = last.rows if same and last is not None else {obj: row for row, obj in enumerate(objects)}
-    columns: dict[str, Any] = {name: _frozen(world.read_all(name, world.time).T) for name in STATE_WIDTHS}
+    columns: dict[str, Any] = {name: _frozen(world.show_all(name).T) for name in STATE_WIDTHS}
     return Snapshot(
         number=number,
         time=world.time[0],

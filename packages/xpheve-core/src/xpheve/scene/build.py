@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import xpheve
 from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.forces import Force
-from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, conditions
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, ResponseLaw, conditions
 from xpheve.laws.conditions.text import TextExpression
 from xpheve.objects import FIELDS, PhysicalObject
 from xpheve.observers import Observer, Probe
@@ -163,6 +163,7 @@ class _Building:
                 seed=table.seed,
                 compile=compile or table.compile,
                 stepper=table.stepper,
+                **({} if table.periodic is None else {"periodic": table.periodic}),
                 registry=registry,
                 disable=disable,
                 on_law_error=on_law_error,
@@ -394,6 +395,10 @@ class _Building:
         with self._blame((*path, "id")):
             kind = self.registry.law(table.id)
         parameters = self._parameters(kind, table, path)
+        if table.for_pairs is not None and not issubclass(kind, ResponseLaw):
+            raise self.source.error(
+                (*path, "for_pairs"), f"{table.id} answers no contacts, so that it takes no for_pairs"
+            )
         if table.between is not None and not issubclass(kind, PairLaw):
             raise self.source.error(
                 (*path, "between"), f"{table.id} acts on single objects, so it takes no between; name it in their laws"
@@ -623,6 +628,19 @@ class _Building:
             law = self.laws[place]
             assert isinstance(law, PairLaw)
             law.pairs = tuple((self.objects[a], self.objects[b]) for a, b in pairs)
+        self._set_for_pairs()
+
+    def _set_for_pairs(self) -> None:
+        """Give pairs of objects the values that hold for them alone."""
+        for place, table in enumerate(self.table.laws):
+            law = self.laws[place]
+            if table.for_pairs is None or not isinstance(law, ResponseLaw):
+                continue
+            for k, (words, values) in enumerate(table.for_pairs):
+                path = ("laws", place, "for_pairs", k)
+                a, b = (self.objects[self._find(self.object_names, word, path, "object")] for word in words)
+                with self._blame(path):
+                    law.set_pair(a, b, **values)
 
     def _drive(self) -> None:
         """Take hold of what the host drove, as it moves."""

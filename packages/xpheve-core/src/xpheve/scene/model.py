@@ -99,6 +99,20 @@ def _pairs(value: Any) -> tuple[tuple[str, str], ...]:
     return tuple((a, b) for a, b in found)
 
 
+def _for_pairs(value: Any) -> tuple[tuple[tuple[str, str], dict[str, Any]], ...]:
+    example = '{ objects = ["ball", "floor"], restitution = 0.5 }'
+    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+        raise ValueError(f"a list of tables is needed, each of two objects and values, such as [{example}]")
+    found = []
+    for one in value:
+        objects = one.get("objects")
+        if not isinstance(objects, list) or len(objects) != 2 or len(one) < 2:
+            raise ValueError(f"two objects and values are needed, such as {example}")
+        a, b = _texts(objects)
+        found.append(((a, b), {key: given for key, given in one.items() if key != "objects"}))
+    return tuple(found)
+
+
 def _force_id(value: Any) -> int | str:
     if isinstance(value, bool) or not isinstance(value, (int, str)):
         raise ValueError("a whole number or a text is needed")
@@ -117,6 +131,16 @@ def _seed(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << 63:
         raise ValueError("a whole number from 0 up, of at most 63 bits, is needed")
     return value
+
+
+def _periodic(value: Any) -> tuple[float, float, float]:
+    wanted = 'three lengths above 0 m, or "none" along an axis without period, are needed, such as [1.0, "none", 2.0]'
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(wanted)
+    x, y, z = (float("inf") if one == "none" else number(one, "m") for one in value)
+    if not min(x, y, z) > 0:
+        raise ValueError(wanted)
+    return x, y, z
 
 
 def _columns(value: Any) -> dict[str, Any]:
@@ -216,8 +240,30 @@ Pairs = Annotated[
     tuple[tuple[str, str], ...],
     Checked(_pairs, {"type": "array", "items": {**_LIST_OF_TEXT, "minItems": 2, "maxItems": 2}}),
 ]
+ForPairs = Annotated[
+    tuple[tuple[tuple[str, str], dict[str, Any]], ...],
+    Checked(
+        _for_pairs,
+        {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "properties": {"objects": {**_LIST_OF_TEXT, "minItems": 2, "maxItems": 2}},
+                "required": ["objects"],
+                "minProperties": 2,
+            },
+        },
+    ),
+]
 Switch = Annotated[bool, Checked(_switch, {"type": "boolean"})]
 Seed = Annotated[int, Checked(_seed, {"type": "integer", "minimum": 0, "maximum": (1 << 63) - 1})]
+Periodic = Annotated[
+    tuple[float, float, float],
+    Checked(
+        _periodic,
+        {"type": "array", "items": {"anyOf": [*_QUANTITY, {"const": "none"}]}, "minItems": 3, "maxItems": 3},
+    ),
+]
 Places = Annotated[Any, Checked(_places, _MANY)]
 Triangles = Annotated[Any, Checked(_triangles, _MANY)]
 Orientation = Annotated[tuple[float, float, float, float], Checked(_orientation, {"type": ["array", "object"]})]
@@ -410,6 +456,7 @@ class LawTable(BaseModel):
     between: Between | None = None
     pairs: Pairs | None = None
     one_sided: Switch = False
+    for_pairs: ForPairs | None = None
     container: NameOrNames | None = None
     condition: ConditionTable | None = None
 
@@ -447,6 +494,7 @@ class SceneTable(Table):
     seed: Seed = 0
     compile: Literal["auto", "always", "never"] = "auto"
     stepper: str = ""
+    periodic: Periodic | None = None
     force_ids: Seed = 0
     run: RunTable = RunTable()
     containers: Annotated[list[ContainerTable], Field(default_factory=list)]

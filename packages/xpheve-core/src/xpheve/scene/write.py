@@ -11,13 +11,13 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import SceneError, XpheveError, XpheveWarning
 from xpheve.kernels.clock import elapsed
-from xpheve.laws import LawContainer, PairLaw, PhysicalLaw
+from xpheve.laws import LawContainer, PairLaw, PhysicalLaw, ResponseLaw
 from xpheve.objects import PhysicalObject, moments_of
 from xpheve.observers import Probe
 from xpheve.scene.names import Names
@@ -76,7 +76,7 @@ def dumps(engine: PhysicsEngine, form: str = "toml", *, run: Mapping[str, Any] |
             "xpheve": tables.pop("xpheve"),
             "up": tables.pop("up"),
             "seed": tables.pop("seed"),
-            **{name: tables.pop(name) for name in ("compile", "stepper") if name in tables},
+            **{name: tables.pop(name) for name in ("compile", "stepper", "periodic") if name in tables},
             "run": _run(run),
             **tables,
         }
@@ -137,6 +137,8 @@ class _Tables:
             tables["compile"] = engine.compile
         if engine.stepper:
             tables["stepper"] = engine.stepper
+        if engine.periodic is not None:
+            tables["periodic"] = [edge if edge < math.inf else "none" for edge in engine.periodic]
         last = engine._world.force_ids.last
         ids = [force.id for obj in self.objects for force in engine.user_forces(obj) if isinstance(force.id, int)]
         if last > max(ids, default=0):  # an id that was given once is not given again
@@ -184,8 +186,16 @@ class _Tables:
                 for pair in law.pairs
                 if all(obj in self.object_places and law in obj.laws for obj in pair)
             ]
+        if isinstance(law, ResponseLaw) and law.pair_values:
+            table["for_pairs"] = [
+                {"objects": [self._object_called(obj) for obj in self._ordered(couple)], **values}
+                for couple, values in law.pair_values.items()
+            ]
         table |= self._when(law, label)
         return table
+
+    def _ordered(self, couple: Iterable[PhysicalObject]) -> list[PhysicalObject]:
+        return sorted(couple, key=lambda obj: self.object_places[obj])
 
     def _when(self, law: PhysicalLaw, label: str) -> Plain:
         """Return what the table of ``law`` says of its containers; nothing, if they are its own default."""
@@ -424,13 +434,18 @@ def _toml(tables: Plain, time: float) -> str:
 
     told = "" if time == 0.0 else f" at t = {time!r} s; read again, its time begins at 0"
     parts = [f"# Written by xPheve {__version__}{told}.\n"]
-    plain = {key: value for key, value in tables.items() if not isinstance(value, (list, dict))}
+    plain = {key: value for key, value in tables.items() if not isinstance(value, dict) and not _are_tables(value)}
     parts.append("".join(f"{_key(key)} = {_inline(value)}\n" for key, value in plain.items()))
     for key, value in tables.items():
-        for row in [value] if isinstance(value, dict) else value if isinstance(value, list) else ():
+        for row in [value] if isinstance(value, dict) else value if _are_tables(value) else ():
             head = f"[{key}]" if isinstance(value, dict) else f"[[{key}]]"
             parts.append(head + "\n" + "".join(_line(name, one) for name, one in row.items()))
     return "\n".join(parts)
+
+
+def _are_tables(value: Any) -> bool:
+    """Whether ``value`` is a list of tables: objects, laws and so on."""
+    return isinstance(value, list) and all(isinstance(one, dict) for one in value)
 
 
 def _line(name: str, value: Any) -> str:
@@ -466,7 +481,7 @@ def _json(tables: Plain) -> str:
     """One key a line for tables of objects and laws; their values on the line of their key."""
     lines = []
     for key, value in tables.items():
-        if isinstance(value, list):
+        if _are_tables(value):
             rows = ",\n".join(
                 "  {\n" + ",\n".join(f"   {_pair(*pair)}" for pair in row.items()) + "\n  }" for row in value
             )

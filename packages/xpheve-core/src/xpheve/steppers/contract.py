@@ -57,6 +57,8 @@ class Signature:
         The ids of those laws that are exact flows of their own.
     wish
         The id of the stepper that the user asked for; empty for none.
+    impacts
+        Whether the contact server would have the group fly from impact to impact in a stepper of its own (`Stepper.impacts`).
     level
         How many groups stand before the group in the order of dependence, at most: sources of one-sided laws are moved on before what they
         act on. 0 if nothing that moves acts on it so.
@@ -77,6 +79,7 @@ class Signature:
     wish: str = ""
     flows: tuple[str, ...] = ()
     level: int = 0
+    impacts: bool = False
 
     @property
     def evaluated(self) -> bool:
@@ -295,6 +298,9 @@ class Stepper(ABC):
     """Whether it runs the forces of `Sources.motion` along the way, so that moving sources are followed for it as polynomials."""
     asks: ClassVar[bool] = False
     """Whether, with tolerances, it asks `Sources.follow` for the ways of moving sources as far as its steps reach; else these cut them."""
+    impacts: ClassVar[bool] = False
+    """Whether it goes from impact to impact: it is given the contact server as its sources, and as `need` and `wall` the instant before which all
+    events of its own are to happen; it may stop there, or where the server must act. `covered` is then when its next event is due."""
     parts: ClassVar[bool] = False
     """Whether rows that an event changes in the midst of a step leave their batch for one of their own, so that nobody else's step is cut."""
 
@@ -420,6 +426,11 @@ class ContactServer(ABC):
     def check(self, obj: Any, laws: Sequence[Any]) -> None:
         """Raise `ContactError` if contacts of ``obj`` with others under ``laws`` could not be found."""
 
+    @classmethod
+    def queries(cls, engine: Any) -> Any:
+        """What answers `xpheve.queries.Queries` of ``engine``; None if this server's pack does not."""
+        return None
+
     def check_turning(self, obj: Any, spin: Any) -> None:  # noqa: B027 (most servers know contacts of what turns)
         """Raise `ContactError` if contacts of ``obj`` could not be found at the angular velocity ``spin`` [rad/s]."""
 
@@ -430,6 +441,16 @@ class ContactServer(ABC):
     def parabolas(self, obj: Any) -> str:
         """Why contacts of ``obj`` are found only where it flies along parabolas; empty if they are found along any flight."""
         return "its contacts are found along parabolas"
+
+    def flies(self, obj: Any) -> bool:
+        """Whether ``obj`` is to fly from impact to impact in a stepper of the server's own pack; see `Stepper.impacts`."""
+        return False
+
+    def plan(self) -> None:  # noqa: B027 (servers without a stepper of their own have nothing to plan)
+        """Before the scene is planned: have those planned anew (`World.mark`) of whom `flies` says otherwise now."""
+
+    def flown(self, rows: Sequence[int] | Rows) -> None:  # noqa: B027
+        """The flights of ``rows`` are new by events of the pack's own stepper."""
 
     @abstractmethod
     def refresh(self, rows: Sequence[int]) -> None:

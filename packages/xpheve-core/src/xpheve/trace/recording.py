@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import linecache
 import re
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from xpheve.errors import TracedBranchError, TraceError
 from xpheve.trace.graph import Graph, Node, Place, at, author_place, line_of
@@ -53,6 +53,13 @@ class Recording:
         error = TraceError(f"{self.where}: {text}. {at(author_place() if place is None else place)}".rstrip())
         self.note(error)
         raise error
+
+    def decide(self, value: Any) -> bool:
+        """What Python's ``if`` takes ``value`` for: a formula is said of many objects at once, and cannot tell."""
+        self.branch()
+
+    def whole_part(self) -> None:
+        """Called before a whole part of a quotient is written."""
 
     def branch(self, doing: str = "") -> NoReturn:
         """Raise `TracedBranchError` for a Python decision on a value that is no number yet; ``doing`` names a call such as ``float()``."""

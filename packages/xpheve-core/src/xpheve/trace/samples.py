@@ -5,18 +5,19 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from xpheve.errors import ParameterError
-from xpheve.laws import Column, ContinuousLaw, Param
+from xpheve.laws import Column, ContinuousLaw, Param, PhysicalLaw
 from xpheve.laws.view import BodyView
 from xpheve.trace.derivative import COMPONENTS, SCENE
 from xpheve.trace.graph import Input, Parameter
 
 Array = NDArray[np.float64]
+AnyLaw = TypeVar("AnyLaw", bound=PhysicalLaw)
 
 SEED = 20
 SMALLEST, LARGEST = -3.0, 3.0  # powers of ten
@@ -165,7 +166,7 @@ def _allowed(param: Param, value: Any) -> bool:
     return True
 
 
-def variants(law: ContinuousLaw, count: int, seed: int = SEED) -> Iterator[ContinuousLaw]:
+def variants(law: AnyLaw, count: int, seed: int = SEED) -> Iterator[AnyLaw]:
     """``law`` as it is, then copies of it with other numbers in its parameters.
 
     Numbers that are not 0 are scaled by 1/2 to 2, vectors keep their direction; what is 0 gets a number of the order of 1. Text, switches
@@ -178,7 +179,7 @@ def variants(law: ContinuousLaw, count: int, seed: int = SEED) -> Iterator[Conti
         yield with_parameters(law, values)
 
 
-def with_parameters(law: ContinuousLaw, values: dict[str, Any]) -> ContinuousLaw:
+def with_parameters(law: AnyLaw, values: dict[str, Any]) -> AnyLaw:
     """A copy of ``law`` outside any engine, with other parameters."""
     other = copy.copy(law)
     other.parameters, other.engine, other.state = values, None, dict(law.state)

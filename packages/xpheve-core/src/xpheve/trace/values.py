@@ -397,7 +397,7 @@ class Traced:
     # What a value that is no number yet cannot say
 
     def __bool__(self) -> bool:
-        self.recording.branch()
+        return self.recording.decide(self)
 
     def __float__(self) -> float:
         self.recording.branch("float()")
@@ -630,6 +630,7 @@ def power(recording: Recording, base: Any, exponent: Any) -> Traced:
 
 def floor_divided(recording: Recording, one: Any, other: Any) -> Traced:
     """The whole part of a quotient, towards minus infinity."""
+    recording.whole_part()
     return elementwise(recording, "floor", elementwise(recording, "/", one, other))
 
 

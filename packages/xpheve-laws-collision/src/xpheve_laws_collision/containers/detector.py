@@ -10,6 +10,7 @@ import numpy as np
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import Vec, dot
 from xpheve.laws import Contact, Event, LawContainer, Param
+from xpheve.laws.response import meets
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve_laws_collision.bounds import Bounds, bounds_of, overlaps
@@ -25,6 +26,7 @@ class Detector(LawContainer):
     """
 
     accepts_role: ClassVar[str] = "collision"
+    periodic: ClassVar[bool] = False
 
     period = Param(None, unit="s", gt=0, doc="Time between two looks; none: at the start of each host step.")
 
@@ -67,6 +69,8 @@ class Detector(LawContainer):
         return sorted(found, key=lambda obj: (obj.rank, obj.serial))
 
     def _laws(self, a: PhysicalObject, b: PhysicalObject) -> list[Any]:
+        if not meets(a, b):
+            return []
         return [law for law in self.laws if law.enabled and law in a.laws and law in b.laws]
 
     def _bounds(self, obj: PhysicalObject) -> Bounds:

@@ -15,7 +15,7 @@ Systems, thesis, Berkeley 1996); directed bounds on motion are those of Zhang, R
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from xpheve.kernels.vector import Vec, cross, dot, norm, sub
 from xpheve_laws_collision.impact_time.path import Path
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane
 from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.narrow_phase import Mover
 
 Array = NDArray[np.float64]
 
@@ -148,15 +151,24 @@ def arrived(pair: Pair, t: float, separation: float, speed: float, horizon: floa
 
 def far_jump(pair: Pair, t: float) -> float:
     """How long the bounding spheres stay apart [s]; 0 if they are not, infinite if they never meet."""
-    a, b = pair.path_a.at(t), pair.path_b.at(t)
+    return balls_apart(
+        pair.path_a.at(t), pair.path_b.at(t), pair.reach_a, pair.reach_b, pair.outward, pair.plane_offset
+    )
+
+
+def balls_apart(a: Mover, b: Mover, reach_a: float, reach_b: float, outward: Vec | None, offset: float) -> float:
+    """How long the balls of radii ``reach_a`` and ``reach_b`` [m] about two bodies stay apart [s]; 0 if they are not.
+
+    Of a plane that does not turn ``outward`` is its unit normal and ``offset`` its level [m] in its own frame.
+    """
     d, v, acceleration = sub(b.position, a.position), sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
-    if pair.outward is not None:
-        height = -dot(pair.outward, d) - pair.plane_offset
-        if height <= FAR * pair.reach_a:
+    if outward is not None:
+        height = -dot(outward, d) - offset
+        if height <= FAR * reach_a:
             return 0.0
-        gap = height - 0.5 * (1.0 + FAR) * pair.reach_a
-        return sphere_plane(gap, -dot(pair.outward, v), -dot(pair.outward, acceleration), 0.0, 0.0, math.inf)
-    reach = pair.reach_a + pair.reach_b
+        gap = height - 0.5 * (1.0 + FAR) * reach_a
+        return sphere_plane(gap, -dot(outward, v), -dot(outward, acceleration), 0.0, 0.0, math.inf)
+    reach = reach_a + reach_b
     if not norm(d) > FAR * reach or reach == math.inf:
         return 0.0
     return sphere_sphere(d, v, acceleration, 0.5 * (1.0 + FAR) * reach, 0.0, 0.0, math.inf)
@@ -317,4 +329,4 @@ def _spin(path: Path, t: float, reach: float) -> float:
     return rate * reach if reach < math.inf else 0.0
 
 
-__all__ = ["STEPS", "UndecidedError", "first_impact", "first_leave", "is_apart"]
+__all__ = ["STEPS", "UndecidedError", "balls_apart", "first_impact", "first_leave", "is_apart"]

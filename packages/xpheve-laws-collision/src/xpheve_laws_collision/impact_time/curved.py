@@ -67,6 +67,10 @@ class CurvedFamily:
         found = self._meets(gap, end, -1.0) if self.round else self._part(gap, end)
         return self._within(found, end)
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        """Nothing is told sooner than by the search itself."""
+        return 0.0
+
     def _within(self, found: float, end: float) -> float:
         return found - self.begin if found <= end else math.inf
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from xpheve.kernels.flight import (
@@ -16,12 +17,17 @@ from xpheve.kernels.flight import (
     turn_split,
     way_of_turning,
 )
-from xpheve.kernels.free_rotation import STEADY, prepare, turn
+from xpheve.kernels.free_rotation import STEADY, turn
+from xpheve.kernels.free_rotation import prepare as prepare_rotation
 from xpheve.kernels.quaternion import rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, cross, norm, sub
 
 if TYPE_CHECKING:
     from xpheve_laws_collision.narrow_phase import Mover
+
+
+prepare = lru_cache(maxsize=256)(prepare_rotation)
+"""A body that flies has the same rotation in the question of every pair."""
 
 
 class Path:

@@ -2,7 +2,6 @@
 
 import math
 
-from xpheve.errors import ContactError
 from xpheve.kernels.polynomial import derivative, difference_of_products, first_crossing, value
 from xpheve.kernels.vector import Vec, dot, norm, scale
 
@@ -83,14 +82,11 @@ FAST = 1e150  # [m^2/s^2] of a speed squared: the squares of these are near the 
 def unit_of_time(d1: Vec) -> float:
     """A power of two [s] in which fast bodies go about 1 m: in it their squares are numbers, and no bit is lost.
 
-    Raises
-    ------
-    ContactError
-        If a component of ``d1`` [m/s] is infinite, or not a number.
+    0 where a component of ``d1`` [m/s] is infinite, or not a number.
     """
-    fastest = max(map(abs, d1))
+    fastest = max(abs(d1[0]), abs(d1[1]), abs(d1[2]))
     if not fastest < math.inf:
-        raise ContactError(f"bodies meet at {d1} m/s, which no float holds: let them go slower")
+        return 0.0
     return math.ldexp(1.0, -math.frexp(fastest)[1])
 
 
@@ -129,8 +125,23 @@ def sphere_sphere(
     """
     if not dot(d1, d1) < FAST:
         unit = unit_of_time(d1)
+        if unit == 0.0:
+            return math.inf
         slow, bend = scale(d1, unit), scale(scale(d2, unit), unit)
-        return unit * sphere_sphere(d0, slow, bend, distance, touch, still * unit, horizon / unit)
+        return unit * slow_sphere_sphere(d0, slow, bend, distance, touch, still * unit, horizon / unit)
+    return slow_sphere_sphere(d0, d1, d2, distance, touch, still, horizon)
+
+
+def slow_sphere_sphere(
+    d0: Vec,
+    d1: Vec,
+    d2: Vec,
+    distance: float,
+    touch: float,
+    still: float,
+    horizon: float,
+) -> float:
+    """`sphere_sphere` of speeds whose squares are numbers."""
     r = norm(d0)
     gap = r - distance
     along = dot(d0, d1)
@@ -212,8 +223,21 @@ def sphere_sphere_leaves(
     """
     if not dot(d1, d1) < FAST:
         unit = unit_of_time(d1)
+        if unit == 0.0:
+            return math.inf
         slow, bend = scale(d1, unit), scale(scale(d2, unit), unit)
-        return unit * sphere_sphere_leaves(d0, slow, bend, distance, horizon / unit)
+        return unit * slow_sphere_sphere_leaves(d0, slow, bend, distance, horizon / unit)
+    return slow_sphere_sphere_leaves(d0, d1, d2, distance, horizon)
+
+
+def slow_sphere_sphere_leaves(
+    d0: Vec,
+    d1: Vec,
+    d2: Vec,
+    distance: float,
+    horizon: float,
+) -> float:
+    """`sphere_sphere_leaves` of speeds whose squares are numbers."""
     c = separation_polynomial(d0, d1, d2, distance)
     if c[0] == 0.0 and (c[1] > 0.0 or (c[1] == 0.0 and c[2] > 0.0)):
         return 0.0

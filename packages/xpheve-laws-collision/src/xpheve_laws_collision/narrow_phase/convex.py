@@ -11,8 +11,16 @@ from collections.abc import Iterator
 
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import Vec
-from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError, first_impact, first_leave, is_apart
+from xpheve_laws_collision.impact_time.advancement import (
+    STEPS,
+    UndecidedError,
+    balls_apart,
+    first_impact,
+    first_leave,
+    is_apart,
+)
 from xpheve_laws_collision.impact_time.path import Path
+from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane, sphere_plane_leaves
 from xpheve_laws_collision.narrow_phase import Gap, Mover
 from xpheve_laws_collision.narrow_phase.cores import Core, Half, cores_of
 from xpheve_laws_collision.narrow_phase.standing import Standing
@@ -66,6 +74,42 @@ class Convex:
                 return t
             t = max(first_leave(pair, horizon, t) for pair in cut)
         raise UndecidedError(t, "no parting")
+
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        """How long the balls about the two are apart, or the ball about the first and the plane."""
+        offset, reach_b = 0.0, 0.0
+        outward: Vec | None = None
+        if b.shape.kind != "plane":
+            reach_b = b.shape.reach
+        elif turns(b):
+            return 0.0
+        else:
+            outward, offset = rotate(b.orientation, b.shape.normal), b.shape.offset
+        return balls_apart(a, b, a.shape.reach if a.shape.kind != "sphere" else a.shape.radius, reach_b, outward, offset)
+
+
+class ConvexPlane(Convex):
+    """The geometry of such a body and a plane: in closed form if neither turns, since the lowest corner stays the lowest."""
+
+    def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        if turns(a) or turns(b):
+            return super().impact_time(a, b, gap, horizon)
+        # A gap that counts as none is none: else a bounce lower than its rounding would not come back.
+        separation = 0.0 if abs(gap.separation) <= gap.touch else gap.separation
+        return sphere_plane(separation, gap.speed, gap.acceleration, gap.touch, gap.still, horizon)
+
+    def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        if turns(a) or turns(b):
+            return super().leave_time(a, b, gap, horizon)
+        return sphere_plane_leaves(gap.separation, gap.speed, gap.acceleration, horizon)
+
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return super().apart_for(a, b) if turns(a) or turns(b) else 0.0
+
+
+def turns(mover: Mover) -> bool:
+    """Whether it turns, or is about to."""
+    return any(mover.angular_velocity) or (any(mover.torque) and min(mover.inertia) > 0.0)
 
 
 class CorePair:

@@ -54,6 +54,9 @@ class SphereCompound(Convex):
             t = max(t + step, math.nextafter(t, math.inf))
         raise UndecidedError(t, "no parting")
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return 0.0 if has_mesh(b.shape) else super().apart_for(a, b)
+
 
 def has_mesh(shape: Any) -> bool:
     """Whether a mesh is among the parts, or theirs."""

@@ -43,6 +43,9 @@ class SphereMesh:
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         return sphere_mesh_leaves(features_of(b.shape), ball_of(a, b), horizon)
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return 0.0
+
 
 def ball_of(a: Mover, b: Mover) -> Ball:
     """The sphere ``a`` in the frame of the mesh ``b``.

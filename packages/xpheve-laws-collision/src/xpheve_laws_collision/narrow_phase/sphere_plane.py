@@ -37,6 +37,9 @@ class SpherePlane:
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         return sphere_plane_leaves(gap.separation, gap.speed, gap.acceleration, horizon)
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return 0.0
+
 
 def put_on(sphere: Mover, gap: Gap) -> tuple[Vec, Vec]:
     """Position and velocity of a sphere set on the plane: no gap, no normal speed."""

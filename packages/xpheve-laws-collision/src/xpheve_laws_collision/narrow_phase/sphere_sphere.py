@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from xpheve.errors import ContactError
 from xpheve.kernels.vector import add, dot, norm, scale, sub
 from xpheve_laws_collision.impact_time.sphere_sphere import sphere_sphere, sphere_sphere_leaves
 from xpheve_laws_collision.narrow_phase import TOUCH, ULPS, Gap, Mover, still_speed
@@ -45,7 +46,13 @@ class SphereSphere:
         d, v, acceleration = _relative(a, b)
         return sphere_sphere_leaves(d, v, acceleration, a.shape.radius + b.shape.radius, horizon)
 
+    def apart_for(self, a: Mover, b: Mover) -> float:
+        return 0.0
+
 
 def _relative(a: Mover, b: Mover) -> tuple[tuple[float, float, float], ...]:
-    """Position, velocity and acceleration of b as seen from a."""
-    return sub(b.position, a.position), sub(b.velocity, a.velocity), sub(b.acceleration, a.acceleration)
+    """Position, velocity and acceleration of b as seen from a; raises `ContactError` for a velocity that no float holds."""
+    velocity = sub(b.velocity, a.velocity)
+    if not max(map(abs, velocity)) < math.inf:
+        raise ContactError(f"bodies meet at {velocity} m/s, which no float holds: let them go slower")
+    return sub(b.position, a.position), velocity, sub(b.acceleration, a.acceleration)

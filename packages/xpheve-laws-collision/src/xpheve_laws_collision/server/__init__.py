@@ -7,7 +7,7 @@ impacts of one instant).
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from xpheve_laws_collision.server.answering import Answering
 
@@ -20,6 +20,12 @@ class ExactServer(Answering):
     """
 
     id: ClassVar[str] = "collision:exact_server"
+
+    @classmethod
+    def queries(cls, engine: Any) -> Any:
+        from xpheve_laws_collision.queries import SceneQueries
+
+        return SceneQueries(engine)
 
 
 __all__ = ["ExactServer"]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from xpheve.errors import ContactError, LawFailedError
 from xpheve.kernels.quaternion import rotate_inverse
-from xpheve.kernels.vector import Vec, add, cross, norm, sub
-from xpheve.laws import Impulse, ResponseLaw, Velocities
+from xpheve.kernels.vector import Vec, add, cross, dot, norm, scale, sub
+from xpheve.laws import Grip, Impulse, ResponseLaw, Velocities
+from xpheve.laws.event import UNKNOWN
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision import turning
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, still_speed
-from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, contact_of, kinetic
+from xpheve_laws_collision.server.friction import Spot, rub_all
+from xpheve_laws_collision.server.pairs import ROUND, TURNING, Given, Pair, contact_of, kinetic
 from xpheve_laws_collision.simultaneous import apply, components, solve_generation, wanted_speeds
 
 if TYPE_CHECKING:
@@ -21,15 +23,6 @@ if TYPE_CHECKING:
 
 GENERATIONS = 10_000  # of one instant; a set of pairs that needs more does not come apart
 TURNING_GENERATIONS = 1_000  # the same where bodies turn, each of which takes milliseconds
-
-
-class Spot(NamedTuple):
-    """A contact point that approaches, and what its law answered: a separation speed over the approach speed."""
-
-    pair: Pair
-    gap: Gap
-    approach: float
-    restitution: float
 
 
 class Generations:
@@ -48,7 +41,11 @@ class Generations:
         self.first: dict[Pair, tuple[Gap, float]] = {}
         self.restitution: dict[Pair, float] = {}
         self.impulse: dict[Pair, float] = {}
-        """Sizes [N s] of the impulses that each pair got."""
+        """Sizes [N s] of the impulses that each pair got, summed over its points."""
+        self.vector: dict[Pair, Vec] = {}
+        """Their sum [N s] as a vector, on the second body."""
+        self.met: dict[Pair, Vec] = {}
+        """Velocity [m/s] of the second body seen from the first at their first point, before the first impulse."""
 
     # What a kind of generations says for itself
 
@@ -169,6 +166,29 @@ class Generations:
         speeds = [(self.speed(pair, gap), self.still(pair, gap)) for gap in self.points_of(pair)]
         return min(speed for speed, _ in speeds) if all(speed > still for speed, still in speeds) else 0.0
 
+    def slip(self, pair: Pair, gap: Gap) -> Vec:
+        """Velocity [m/s] of the second body seen from the first, at ``gap``."""
+        found = []
+        for obj in pair:
+            velocity = self.velocity_of(obj)
+            spin = self.spin[obj]
+            found.append(add(velocity, cross(spin, self.arm(pair, obj, gap))) if any(spin) else velocity)
+        return sub(found[1], found[0])
+
+    def arm(self, pair: Pair, obj: PhysicalObject, gap: Gap) -> Vec:
+        """From the centre of ``obj`` to the contact [m]: of a ball along the normal, to the bit; none if bodies answer as points."""
+        if not self.law(pair).lever_arms:
+            return (0.0, 0.0, 0.0)
+        arm = sub(gap.point, self.world.read_row(obj._row, "position"))
+        return scale(gap.normal, dot(gap.normal, arm)) if self.server._shape(obj).kind == "sphere" else arm
+
+    def given(self) -> dict[Pair, Given]:
+        """What listeners are told of each pair."""
+        return {
+            pair: Given(self.impulse.get(pair, math.nan), self.vector.get(pair, UNKNOWN), self.met[pair])
+            for pair in self.first
+        }
+
     # One generation
 
     def _generation(self, pairs: list[Pair]) -> None:
@@ -180,19 +200,23 @@ class Generations:
             for gap, approach in found:
                 if pair not in self.first:
                     self.first[pair] = max(found, key=lambda one: one[1])
+                    self.met[pair] = self.slip(pair, self.first[pair][0])
                 answer = self._ask(pair, gap, approach)
                 if isinstance(answer, (Impulse, Velocities)):
                     taken.append((pair, gap, answer))
                     if isinstance(answer, Velocities):
                         break
                     continue
-                spots.append(Spot(pair, gap, approach, answer / approach))
-                self.restitution[pair] = answer / approach
+                spot = Spot(pair, gap, approach, *(answer if isinstance(answer, Grip) else (answer / approach,)))
+                spots.append(spot)
+                self.restitution[pair] = spot.restitution
         plain, turned = self._parted(spots)
+        pushed: list[tuple[Spot, float]] = []
         if plain:
-            self._solve_plain(plain)
+            pushed += zip(plain, self._solve_plain(plain), strict=True)
         for group in turned:
-            self._solve_turning(group)
+            pushed += zip(group, self._solve_turning(group), strict=True)
+        rub_all(self, [(spot, push) for spot, push in pushed if push > 0.0])
         for pair, gap, given in taken:
             self._take_over(pair, gap, given)
 
@@ -211,8 +235,8 @@ class Generations:
                 plain += members
         return [spots[k] for k in sorted(plain)], turned
 
-    def _solve_plain(self, spots: list[Spot]) -> None:
-        """Bodies without lever arms, in exact fractions."""
+    def _solve_plain(self, spots: list[Spot]) -> list[float]:
+        """Bodies without lever arms, in exact fractions; returns the impulses [N s]."""
         bodies = list({obj: None for spot in spots for obj in spot.pair})
         place = {obj: k for k, obj in enumerate(bodies)}
         indices = [(place[spot.pair[0]], place[spot.pair[1]]) for spot in spots]
@@ -223,10 +247,10 @@ class Generations:
         impulses = solve_generation(indices, inverse, along, velocities, targets)
         before = [self.speed(spot.pair, spot.gap) for spot in spots]
         self.velocity.update(zip(bodies, apply(indices, along, impulses, inverse, velocities), strict=True))
-        self._book(spots, [float(impulse) for impulse in impulses], before)
+        return self._book(spots, [float(impulse) for impulse in impulses], before)
 
-    def _solve_turning(self, spots: list[Spot]) -> None:
-        """Bodies with lever arms."""
+    def _solve_turning(self, spots: list[Spot]) -> list[float]:
+        """Bodies with lever arms; returns the impulses [N s]."""
         objects = list({obj: None for spot in spots for obj in spot.pair})
         place = {obj: k for k, obj in enumerate(objects)}
         bodies = [self.body(obj) for obj in objects]
@@ -234,7 +258,7 @@ class Generations:
             turning.push_at(place[pair[0]], place[pair[1]], bodies, gap.normal, gap.point)
             if self.turns(pair)
             else turning.Push(place[pair[0]], place[pair[1]], gap.normal, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-            for pair, gap, _, _ in spots
+            for pair, gap, *_ in spots
         ]
         speeds = [turning.separation_speed(push, bodies) for push in pushes]
         missing = [
@@ -245,36 +269,48 @@ class Generations:
         for obj, (velocity, change) in zip(objects, turning.after(pushes, bodies, impulses), strict=True):
             self.velocity[obj] = velocity
             self.spin[obj] = turning.new_spin(self.spin[obj], change)
-        self._book(spots, [float(impulse) for impulse in impulses], [float(speed) for speed in speeds])
+        return self._book(spots, [float(impulse) for impulse in impulses], [float(speed) for speed in speeds])
 
-    def _book(self, spots: list[Spot], impulses: list[float], before: list[float]) -> None:
+    def _book(self, spots: list[Spot], impulses: list[float], before: list[float]) -> list[float]:
         """Count the impacts, and account for the work of those that lose energy."""
         for spot, impulse, speed in zip(spots, impulses, before, strict=True):
             pair = spot.pair
-            self.impulse[pair] = self.impulse.get(pair, 0.0) + impulse
+            self.note(pair, impulse, scale(spot.gap.normal, impulse))
             if spot.restitution < 1.0:
                 self.world.add_work(self.law(pair).label(), 0.5 * impulse * (speed + self.speed(pair, spot.gap)))
                 self.answered(pair)
             self._book_hand(pair, spot.gap, impulse)
             self.server.impacts += 1
+        return impulses
+
+    def note(self, pair: Pair, size: float, vector: Vec) -> None:
+        """Keep what ``pair`` got, for those who are told."""
+        self.impulse[pair] = self.impulse.get(pair, 0.0) + size
+        self.vector[pair] = add(self.vector.get(pair, (0.0, 0.0, 0.0)), vector)
 
     def _book_hand(self, pair: Pair, gap: Gap, impulse: float) -> None:
         """Account for the work of the host on what it drives: it keeps the way of a body that ``impulse`` pushes back."""
+        if any(immovable(obj) and not obj.fixed for obj in pair):
+            self.book_host(pair, gap, scale(gap.normal, impulse))
+
+    def book_host(self, pair: Pair, gap: Gap, vector: Vec) -> None:
+        """The same, of an impulse ``vector`` [N s] on the second of ``pair``."""
         for obj, sign in zip(pair, (1.0, -1.0), strict=True):
             if immovable(obj) and not obj.fixed:
                 velocity = self.velocity_of(obj)
-                if self.turns(pair):
-                    arm = sub(gap.point, self.world.read_row(obj._row, "position"))
-                    velocity = add(velocity, cross(self.spin[obj], arm))
-                joules = sign * impulse * math.fsum(n * v for n, v in zip(gap.normal, velocity, strict=True))
+                velocity = add(velocity, cross(self.spin[obj], self.arm(pair, obj, gap)))
+                joules = sign * math.fsum(p * v for p, v in zip(vector, velocity, strict=True))
                 if joules:
                     self.world.add_work("driven", joules)
 
-    def _ask(self, pair: Pair, gap: Gap, approach: float) -> float | Impulse | Velocities:
+    def _ask(self, pair: Pair, gap: Gap, approach: float) -> float | Impulse | Velocities | Grip:
         law = self.law(pair)
         law.evaluations += self.counts
+        told = contact_of(pair, gap, approach, self.world.time, Given(math.nan, UNKNOWN, self.slip(pair, gap)))
         try:
-            answer = law.respond(contact_of(pair, gap, approach))
+            asked, contact = law.asked(told)
+            grip = asked.grip(contact)
+            answer = asked.respond(contact) if grip is None else grip
         except Exception as error:
             raise LawFailedError(
                 f"{law.label()}.respond raised {type(error).__name__}: {error}; at t = {self.world.time[0]} s "
@@ -283,6 +319,8 @@ class Generations:
             ) from error
         if isinstance(answer, (Impulse, Velocities)):
             return answer
+        if isinstance(answer, Grip):
+            return self._checked(law, pair, answer)
         if not (isinstance(answer, (int, float)) and 0.0 <= answer < math.inf):
             raise LawFailedError(
                 f"{law.label()}.respond gave {answer!r} for {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s: "
@@ -291,6 +329,17 @@ class Generations:
             )
         return float(answer)
 
+    def _checked(self, law: ResponseLaw, pair: Pair, grip: Grip) -> Grip:
+        """``grip`` as plain numbers, if such surfaces can be."""
+        e, mu, beta = map(float, grip)
+        if not (0.0 <= e <= 1.0 and mu >= 0.0 and -1.0 <= beta <= 1.0):
+            raise LawFailedError(
+                f"{law.label()}.grip gave {grip!r} for {pair[0].label} and {pair[1].label} at t = {self.world.time[0]} s: a restitution "
+                "from 0 to 1, a friction from 0 up and a tangential restitution from -1 to 1 are needed",
+                law,
+            )
+        return Grip(e, mu, beta)
+
     def _take_over(self, pair: Pair, gap: Gap, answer: Impulse | Velocities) -> None:
         """What a law gave itself; kinetic energy before and after says its work."""
         if isinstance(answer, Velocities) and self.approach(pair) == 0.0:
@@ -298,12 +347,13 @@ class Generations:
         law = self.law(pair)
         before = self._kinetic(pair)
         if isinstance(answer, Velocities):
-            change = 0.0
-            for obj, velocity in zip(pair, (answer.a, answer.b), strict=True):
+            change, vector = 0.0, (0.0, 0.0, 0.0)
+            for obj, velocity, sign in zip(pair, (answer.a, answer.b), (-1.0, 1.0), strict=True):
                 if not immovable(obj):
                     change = max(change, obj.mass * math.dist(velocity, self.velocity_of(obj)))
+                    vector = scale(sub(velocity, self.velocity_of(obj)), sign * obj.mass)
                     self.velocity[obj] = velocity
-            self.impulse[pair] = self.impulse.get(pair, 0.0) + change
+            self.note(pair, change, vector)
         else:
             self._push(pair, gap, answer.vector)
         self.world.add_work(law.label(), self._kinetic(pair) - before)
@@ -319,21 +369,26 @@ class Generations:
 
     def _push(self, pair: Pair, gap: Gap, vector: Vec) -> None:
         """An impulse [N s] on the second of ``pair``, its opposite on the first."""
-        self.impulse[pair] = self.impulse.get(pair, 0.0) + norm(vector)
-        turns = self.turns(pair)
+        self.note(pair, norm(vector), vector)
         for obj, sign in ((pair[0], -1.0), (pair[1], 1.0)):
             if immovable(obj):
                 continue
             u, share = self.velocity_of(obj), sign / obj.mass
-            if turns:
-                own = (sign * vector[0], sign * vector[1], sign * vector[2])
-                change = turning.turned_by(self.body(obj), own, gap.point)
-                self.spin[obj] = turning.new_spin(self.spin[obj], change)
+            twist = self._twist(pair, obj, gap, scale(vector, sign))
+            if any(twist):
+                self.spin[obj] = turning.new_spin(self.spin[obj], turning.spun(self.body(obj), twist))
             self.velocity[obj] = (u[0] + share * vector[0], u[1] + share * vector[1], u[2] + share * vector[2])
+
+    def _twist(self, pair: Pair, obj: PhysicalObject, gap: Gap, own: Vec) -> Vec:
+        """Angular impulse [N m s] of ``own`` on ``obj``; exactly none of one along the normal of a ball."""
+        arm = self.arm(pair, obj, gap)
+        twist = cross(arm, own)
+        none = self.server._shape(obj).kind == "sphere" and norm(twist) <= 4e-16 * norm(arm) * norm(own)
+        return (0.0, 0.0, 0.0) if none else twist
 
     def _kinetic(self, pair: Pair) -> float:
         found = [kinetic(obj, self.velocity_of(obj)) for obj in pair]
-        if self.turns(pair):
+        if self.law(pair).lever_arms:
             for obj in pair:
                 if not immovable(obj):
                     spin = self.body(obj).spin

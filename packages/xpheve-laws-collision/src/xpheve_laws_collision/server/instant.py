@@ -82,7 +82,7 @@ class ImpactInstant(Generations):
         laws = {self.law(pair) for pair in self.first}
         for container in {c: None for law in laws for c in law.containers}:
             container.firings += 1
-        server.given = self.impulse
+        server.given = self.given()
         try:
             server._tell(when.Impact, [(pair, gap, speed) for pair, (gap, speed) in self.first.items()])
             server._tell(when.ContactBegin, begun)

@@ -11,10 +11,13 @@ from xpheve.events import Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed
 from xpheve.kernels.vector import Vec
 from xpheve.laws import Contact
+from xpheve.laws.event import UNKNOWN
+from xpheve.laws.response import meets
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer, Flight
 from xpheve_laws_collision.broad_phase import BroadPhase
+from xpheve_laws_collision.impact.fleet import Fleet
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
 from xpheve_laws_collision.narrow_phase.limits import extent_of, has_mesh, too_far_apart
@@ -39,6 +42,14 @@ class _Point:
     radius = 0.0
 
 
+class Given(NamedTuple):
+    """What the response gave a pair at this instant: sizes [N s] and vector [N s] of its impulses; and how fast [m/s] it met."""
+
+    impulse: float = math.nan
+    vector: Vec = UNKNOWN
+    velocity: Vec = UNKNOWN
+
+
 class Support(NamedTuple):
     """What an object rests on: the plane, and the unit normal from it outwards."""
 
@@ -53,6 +64,7 @@ class Pairs(ContactServer):
         self.world = world
         self.curves = Curves(world)
         self.broad_phase = BroadPhase(world, self.curves)
+        self.fleet = Fleet(self)
         self.touching: dict[Pair, Instant] = {}
         """Pairs in contact, with the instant since when."""
         self.inside: dict[Pair, Instant] = {}
@@ -65,14 +77,16 @@ class Pairs(ContactServer):
         """When a pair whose flights go on unchanged last met or parted: what comes next is looked for from there."""
         self.parting: list[tuple[Pair, Gap, float]] = []
         """Pairs that came apart at this instant, still to be told."""
-        self.given: dict[Pair, float] = {}
-        """Sizes [N s] of the impulses of the instant that is being told."""
+        self.given: dict[Pair, Given] = {}
+        """What the pairs of the instant that is being told got."""
         self.repeated: tuple[Instant, dict[Pair, int]] = (NEVER, {})
         """How often each pair has met at the instant of the last impact: a guard, that changes no motion."""
         self.queued: dict[Pair, Entry] = {}
         """The last entry of each pair, so that none is queued twice."""
         self.swept: Instant = NEVER
         """Until when pairs have been looked for, in scenes of many bodies."""
+        self.near: Pair | None = None
+        """The pair that is being asked for its impact, and not only for when it may be near."""
         self.impacts = 0
         self.generations = 0
         self.predictions = 0
@@ -238,7 +252,7 @@ class Pairs(ContactServer):
 
     def _response(self, a: PhysicalObject, b: PhysicalObject) -> tuple[Any, Instant] | None:
         """The law that answers contacts of the two, and since when; none if neither can be moved."""
-        if immovable(a) and immovable(b):
+        if (immovable(a) and immovable(b)) or not meets(a, b):
             return None
         found: tuple[Any, Instant] | None = self.world.response_law(a, b)
         return found
@@ -256,6 +270,8 @@ class Pairs(ContactServer):
     def _interest(self, pair: Pair) -> Instant | None:
         """Since when somebody asks for contacts of ``pair``; None if nobody does."""
         a, b = pair
+        if not meets(a, b):
+            return None
         since: Instant | None = None
         found = self._response(a, b)
         if found is not None:
@@ -273,7 +289,20 @@ class Pairs(ContactServer):
         """The laws of ``obj`` that wait for contacts in some container."""
         return {law: since for law, since in self.world.mapping.laws(obj).items() if _hears(law)}
 
-    def _predict(self, pair: Pair) -> Instant:
+    def _hears(self, law: Any) -> bool:
+        return _hears(law)
+
+    def _asking_laws(self, obj: PhysicalObject) -> dict[Any, Instant]:
+        """The laws of ``obj`` that wait for contacts which are found pair by pair, and not by the loop."""
+        return {} if self.fleet.flies(obj) else self._heard_laws(obj)
+
+    def flies(self, obj: PhysicalObject) -> bool:
+        return self.fleet.flies(obj)
+
+    def plan(self) -> None:
+        self.fleet.plan()
+
+    def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Its room is `prediction`."""
         raise NotImplementedError
 
@@ -340,9 +369,10 @@ def _is_known(kind: str, other: str) -> bool:
     return True
 
 
-def contact_of(pair: Pair, gap: Gap, approach: float, impulse: float = math.nan) -> Contact:
-    """What listeners and laws are told of ``pair``."""
-    return Contact(pair[0], pair[1], gap.normal, gap.point, gap.separation, approach, impulse)
+def contact_of(pair: Pair, gap: Gap, approach: float, now: Instant, given: Given) -> Contact:
+    """What listeners and laws are told of ``pair`` at the instant ``now``."""
+    place = (gap.normal, gap.point, gap.separation, approach)
+    return Contact(pair[0], pair[1], *place, given.impulse, given.velocity, given.vector, now)
 
 
 def kinetic(obj: PhysicalObject, velocity: Vec) -> float:

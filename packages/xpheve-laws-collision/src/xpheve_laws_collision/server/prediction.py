@@ -12,6 +12,7 @@ from xpheve.errors import ContactError
 from xpheve.events import AFTER, IMPACT, Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed, later
 from xpheve.objects import PhysicalObject
+from xpheve.steppers.contract import Rows
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
 from xpheve_laws_collision.mass import immovable
@@ -38,7 +39,14 @@ class Prediction(Standing):
             self._refuse_turning(obj)
             self._recheck_standing(obj)
             self._watch_window(obj)
-        broad.gather(self._heard_laws, rows)
+        broad.gather(self._asking_laws, rows)
+        flying = [obj for obj in objects if self.fleet.flies(obj)]
+        if flying:
+            self.fleet.stale(flying)
+            self._predict_standing(set(flying))
+            objects = [obj for obj in objects if not self.fleet.flies(obj)]
+            if not objects:
+                return
         if broad.moving < MANY:
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
@@ -72,6 +80,14 @@ class Prediction(Standing):
             self._watch_window(obj)
             self._predict_all(obj, done)
             done.add(obj)
+    def flown(self, rows: Sequence[int] | Rows) -> None:
+        """Flights that the loop has changed: what stands is asked again, and what the loop has left to the server is queued."""
+        if self.touching or self.inside or self.supports or self.held:
+            objects = [self.world.bodies.objects[int(row)] for row in rows]
+            for obj in objects:
+                self._recheck_standing(obj)
+            self._predict_standing(set(objects))
+        self.fleet.schedule()
 
     def _predict_standing(self, objects: set[PhysicalObject]) -> None:
         """Pairs in contact are asked wherever their bodies have got to."""
@@ -108,7 +124,7 @@ class Prediction(Standing):
     def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
         """Predict the pairs of ``obj`` but for those with ``done``."""
         broad = self.broad_phase
-        laws = self._heard_laws(obj)
+        laws = self._asking_laws(obj)
         if not laws or obj.rank < 0:
             return
         first = self.swept
@@ -128,8 +144,8 @@ class Prediction(Standing):
             if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
                 self._predict(self._pair(obj, other))
 
-    def _predict(self, pair: Pair) -> Instant:
-        """Queue the next event of ``pair``; returns when it is."""
+    def _predict(self, pair: Pair, resting: bool = False) -> Instant:
+        """Queue the next event of ``pair``; returns when it is. Of those that fly only what stands, or seems to be ``resting``, is asked."""
         world = self.world
         a, b = pair
         since = self._interest(pair)
@@ -176,8 +192,8 @@ class Prediction(Standing):
                 family = self._curved(plain, one, two, start, lead) if curved else family
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
-        if span == math.inf:
-            return NEVER
+        if span == math.inf or (act == self._impact and self.fleet.flies(pair[0]) and self.fleet.flies(pair[1])):
+            return NEVER  # impacts of those that fly are found by the loop
         at: Instant = max(later(start, span), world.time)
         guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
         held = self.queued.get(pair)
@@ -238,7 +254,20 @@ class Prediction(Standing):
             return 0.0, self._meet
         if touching and self._hops(pair, gap):
             return -2.0 * gap.speed / gap.acceleration, self._impact
+        if pair is not self.near and not (touching or sunk):
+            wait = family.apart_for(one, two)
+            if wait > 0.0:
+                return (wait, self._nearer) if wait <= horizon else (math.inf, self._impact)
         return self._search(family, one, two, gap, horizon)
+
+    def _nearer(self, entries: list[Entry]) -> None:
+        """Pairs whose bounding balls meet from now on: when they touch is worth to be known. Most have turned away before."""
+        for entry in entries:
+            self.near = pair_of(entry, self)
+            try:
+                self._predict(self.near)
+            finally:
+                self.near = None
 
     def _hops(self, pair: Pair, gap: Gap) -> bool:
         """Whether an extended body leaves to come back before its gap shows: a parabola of which the geometry sees nothing."""
@@ -272,7 +301,10 @@ class Prediction(Standing):
     def _impact(self, entries: list[Entry]) -> None:
         """All impacts of one instant, in generations."""
         self._keep()
-        pairs = {pair_of(entry, self): None for entry in entries}
+        self._answer_impacts({pair_of(entry, self): None for entry in entries})
+
+    def _answer_impacts(self, pairs: dict[Pair, None]) -> None:
+        """Answer ``pairs`` that are due now."""
         self._count_repeated(pairs)
         passing = [pair for pair in pairs if not self._answered(pair)]
         if passing:

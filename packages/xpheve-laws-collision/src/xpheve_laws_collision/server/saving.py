@@ -55,7 +55,7 @@ class Saving(Prediction):
 
     def report(self) -> dict[str, Any]:
         return {
-            "impacts": self.impacts,
+            "impacts": self.impacts + self.fleet.impacts,
             "generations": self.generations,
             "predictions": self.predictions,
             "touching": [f"{a.label} - {b.label}" for a, b in self.touching],
@@ -63,6 +63,7 @@ class Saving(Prediction):
             "held": [obj.label for obj in self.held],
             "windows": self.curves.windows,
             "parabolas": self._on_parabolas(),
+            "impact loop": self.fleet.report(),
         }
 
     def _on_parabolas(self) -> list[str]:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
 
 from xpheve.events import Entry
 from xpheve.kernels.clock import Instant
+from xpheve.kernels.vector import Vec, add, cross, sub
 from xpheve.laws import Contact, Event
 from xpheve.laws import conditions as when
 from xpheve.laws.combinations import leaves
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.narrow_phase import Gap
-from xpheve_laws_collision.server.pairs import Pair, Pairs, contact_of, pair_of
+from xpheve_laws_collision.server.pairs import Given, Pair, Pairs, contact_of, pair_of
 
 
 class Telling(Pairs):
@@ -27,7 +27,7 @@ class Telling(Pairs):
             return
         world = self.world
         contacts = [
-            contact_of(pair, gap, speed, self.given.get(pair, math.nan))
+            contact_of(pair, gap, speed, world.time, self.given.get(pair) or Given(velocity=self._relative(pair, gap)))
             for pair, gap, speed in sorted(found, key=lambda one: (one[0][0].rank, one[0][1].rank))
         ]
         counted: set[Any] = set()
@@ -41,6 +41,16 @@ class Telling(Pairs):
                     world.wakeups.armed.count(leaf)
                 objects = world.in_rank_order({obj for one in taken for obj in (one.body_a, one.body_b)})
                 world.signal(_Listening(container, laws), leaf, Event(world.time[0], leaf, tuple(objects), taken))
+
+    def _relative(self, pair: Pair, gap: Gap) -> Vec:
+        """Velocity [m/s] of the second of ``pair`` seen from the first, at the contact, now."""
+        found = []
+        for obj in pair:
+            velocity, spin, x = (
+                self.world.read_row(obj._row, name) for name in ("velocity", "angular_velocity", "position")
+            )
+            found.append(add(velocity, cross(spin, sub(gap.point, x))) if any(spin) else velocity)
+        return sub(found[1], found[0])
 
     def _takes(self, laws: list[Any], leaf: Any, contact: Contact) -> bool:
         """Whether ``contact`` concerns one of ``laws``, and is one that the condition ``leaf`` asks for."""

@@ -78,7 +78,12 @@ class Writer:
     def event(self, event: Event) -> dict[str, Plain]:
         """An event, without its condition."""
         contacts = [
-            [self.object(c.body_a), self.object(c.body_b), c.normal, c.point, c.separation, c.approach_speed]
+            [
+                self.object(c.body_a),
+                self.object(c.body_b),
+                *(c.normal, c.point, c.separation, c.approach_speed),
+                *(c.impulse, c.relative_velocity, c.impulse_vector, c.instant),
+            ]
             for c in event.contacts
         ]
         force = event.force
@@ -234,16 +239,18 @@ class Reader:
         return Event(
             plain["time"],
             objects=tuple(by[serial] for serial in plain["objects"]),
-            contacts=tuple(
-                Contact(by[a], by[b], tuple(normal), tuple(point), separation, speed)
-                for a, b, normal, point, separation, speed in plain["contacts"]
-            ),
+            contacts=tuple(self.contact(*one) for one in plain["contacts"]),
             id=plain["id"],
             data=plain["data"],
             source=self.value(plain["source"]),
             force=None if force is None else Force(force[0], force[2], force[3], torque=force[1]),
             dt=plain["dt"],
         )
+
+    def contact(self, a: int, b: int, *values: Any) -> Contact:
+        """A contact of the objects of two serial numbers."""
+        told: list[Any] = [tuple(one) if isinstance(one, (list, tuple)) else one for one in values]
+        return Contact(self.objects[a], self.objects[b], *told)
 
     def points_of(self, plain: list[Plain], engine: Any) -> None:
         """Fill `points` with observers and probes, live ones of that name kept."""

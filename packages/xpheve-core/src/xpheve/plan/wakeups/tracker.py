@@ -107,6 +107,10 @@ class Tracker:
         """Whether a quantity of one of ``objects`` is followed."""
         return bool(self._by_object) and any(self._by_object.get(obj) for obj in objects)
 
+    def rows(self) -> set[int]:
+        """The rows of the objects of which a quantity is followed."""
+        return {obj._row for obj in self._by_object}
+
     def moved(self, point: Probe) -> None:
         """The host moved ``point``."""
         for watch in self.watches.values():

@@ -69,6 +69,11 @@ class Wakeups:
         """The flights of ``objects`` are new."""
         self.tracker.refresh(objects)
 
+    def followed(self, rows: Any) -> list[int]:
+        """Those of ``rows`` of which something is followed along their flights."""
+        watched = self.tracker.rows()
+        return [int(row) for row in rows if int(row) in watched] if watched else []
+
     def forget(self, container: LawContainer) -> None:
         """``container`` is gone."""
         self.timers.forget(container)

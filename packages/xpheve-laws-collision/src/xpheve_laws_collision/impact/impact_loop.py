@@ -1,0 +1,561 @@
+"""`ImpactLoop`: the event loop with its buffers, interpreted or compiled to the same bits."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from xpheve.compile import assemble, compiled, interpreted
+from xpheve.errors import ContactError
+from xpheve.kernels import response
+from xpheve.kernels.clock import NEVER, Instant
+from xpheve_laws_collision.impact import rows
+from xpheve_laws_collision.impact.declared import DECLARED
+from xpheve_laws_collision.impact.layout import Grid, grid_for
+from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ROOM = os.path.dirname(os.path.abspath(__file__))
+TIMES = os.path.join(os.path.dirname(ROOM), "impact_time")
+FILES = {
+    **{
+        name: os.path.join(ROOM, f"{name}.py")
+        for name in (
+            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "solids", "strike", "tournament"
+        )
+    },
+    **{name: os.path.join(TIMES, f"{name}.py") for name in ("rounded_box", "sphere_plane", "sphere_sphere")},
+}  # fmt: skip
+ENTRY = "def entry(f, n):\n    return loop__entry(f, n)\n"
+RESPOND = "def entry(f, n):\n    return respond(f, n)\n"
+LINKED = f"def respond(f, n):\n    return machine__linked(n[{rows.COUNTS}][{rows.ADDRESS}], f, n)\n\n"
+SOLIDS = {
+    True: "def solid_time(shape, c, x, v, pull, radius):\n    return solids__solid_time(shape, c, x, v, pull, radius)\n\n"
+    "def solid_gap(shape, c, x, v, pull, radius):\n    return solids__solid_gap(shape, c, x, v, pull, radius)\n\n",
+    False: "def solid_time(shape, c, x, v, pull, radius):\n    return (math.inf, 0)\n\n"
+    "def solid_gap(shape, c, x, v, pull, radius):\n    return (math.inf, (0.0, 0.0, 1.0), 0.0)\n\n",
+}
+"""Boxes and capsules, where there are any: the text with them takes longer to compile."""
+
+FEW = 12
+"""Up to so many places all pairs are looked at, without cells."""
+KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
+BREATH = {True: 1_000_000, False: 10_000}
+"""Events of one call, compiled and interpreted, after which Python may be interrupted."""
+
+
+class Answers(Protocol):
+    """The laws' answers as text: see `xpheve_laws_collision.impact.answer` for the layout of a contact."""
+
+    text: str
+    columns: Any
+    files: Any
+
+    def parameters(self) -> tuple[Any, Sequence[Any]]:
+        """The table of parameters, and each law's branch (negative if it has none) and where its parameters begin."""
+        ...
+
+
+class Outcome(NamedTuple):
+    """Why the loop stopped.
+
+    Attributes
+    ----------
+    kind
+        ``"limit"``: no event is left before the limit. ``"watched"``: the impact has happened. Of all others nothing has happened:
+        ``"law"`` that only Python can ask; ``"touch"``, another contact at the same instant; ``"rest"``; ``"collapse"``, bounces too short to
+        tell apart; ``"streak"``, losing impacts in too close succession; ``"busy"``, too many at one instant; ``"failed"``, no finite answer.
+    instant
+        When; of ``"limit"`` the limit.
+    place, partner, is_scenery
+        Which pair: a place, and another or a row of the scenery; -1 for ``"limit"``.
+    touching
+        Of ``"touch"``: the other touching pairs of both, as (place, partner, is_scenery).
+    """
+
+    kind: str
+    instant: Instant
+    place: int = -1
+    partner: int = -1
+    is_scenery: bool = False
+    touching: tuple[tuple[int, int, bool], ...] = ()
+
+
+class Changed(NamedTuple):
+    """What has another flight since last asked.
+
+    Attributes
+    ----------
+    places
+        Ascending (k,), with position [m] and velocity [m/s] (3, k) at their clocks (2, k).
+    turned
+        Those whose spin is another, (t,), with spin [rad/s] (3, t), and orientation (4, t) at ``turn_clock`` (2, t).
+    """
+
+    places: Ints
+    position: Floats
+    velocity: Floats
+    clock: Floats
+    turned: Ints
+    spin: Floats
+    orientation: Floats
+    turn_clock: Floats
+
+
+class Counts(NamedTuple):
+    """What was done since last asked: numbers, and for each law how often it was asked and its work [J]."""
+
+    impacts: int
+    predictions: int
+    crossings: int
+    evaluations: list[int]
+    work: list[float]
+
+
+@lru_cache(maxsize=16)
+def _interpreted_text(text: str, files: tuple[tuple[str, str], ...], solids: bool) -> str:
+    return assemble(f"{text}\n\n{SOLIDS[solids]}{ENTRY}", {**FILES, **dict(files)}, declared=DECLARED)
+
+
+@lru_cache(maxsize=2)
+def _compiled_text(solids: bool) -> str:
+    return assemble(LINKED + SOLIDS[solids] + ENTRY, FILES, declared=DECLARED)
+
+
+class ImpactLoop:
+    """Spheres and points on ballistic flights among fixed shapes, from impact to impact.
+
+    Parameters
+    ----------
+    count
+        How many places for spheres there are; they are empty until `load`.
+    scenery
+        Fixed shapes (m, 24): kind, centre or normal, rotation matrix, sizes; see `xpheve_laws_collision.impact.rows`.
+    scenery_masks
+        Bits of the laws each obeys (m,).
+    responses
+        The laws' answers.
+    laws_of_bit
+        For each bit of a mask the number of the law that answers; -1 for one that only Python can ask.
+    scenery_heard
+        Bits of the laws that listen to each (m,): where both sides of a pair have one, Python answers.
+    scenery_columns
+        Columns of the fixed shapes, as those of places: by name, or (columns, m).
+    periodic
+        Lengths [m] of a periodic box from 0 on, infinite along open axes; None for none.
+    compiled
+        Whether the loop is compiled. Both ways give the same bits.
+    cells
+        Whether cells are used; None for what suits the number of places. No bit depends on it.
+
+    Raises
+    ------
+    ContactError
+        A periodic box that is too narrow, or has scenery that is no plane along it.
+    """
+
+    def __init__(
+        self,
+        count: int,
+        scenery: Any,
+        scenery_masks: Any,
+        responses: Answers,
+        laws_of_bit: Sequence[int],
+        *,
+        scenery_heard: Any = None,
+        scenery_columns: Any = None,
+        periodic: Sequence[float] | None = None,
+        compiled: bool,
+        cells: bool | None = None,
+    ) -> None:
+        self.count, self.responses, self.compiled = count, responses, compiled
+        self.columns = tuple(responses.columns)
+        self._solids = False
+        self.periodic = None if periodic is None else tuple(float(one) for one in periodic)
+        self.celled = self.periodic is not None or (count > FEW if cells is None else cells)
+        self.grid: Grid | None = None
+        self._asked_cells: float = 0.0
+        leaves = 1 << max(0, count - 1).bit_length()
+        self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
+        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(8)]
+        f, n = self.f, self.n
+        f[rows.CONTACT] = np.zeros(response.SCRATCH)
+        f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
+        f[rows.EVENT] = np.zeros(rows.EVENTS * max(1, count))
+        f[rows.COLD] = np.zeros(rows.COLDS * max(1, count))
+        f[rows.SPACE] = np.zeros(rows.SPACES)
+        f[rows.KEYS] = np.full(2 * leaves, math.inf)
+        f[rows.KEYS][1::2] = 0.0
+        n[rows.LAW] = np.zeros(4, dtype=np.int64)
+        n[rows.PLACE] = np.zeros(rows.PLACES * max(1, count), dtype=np.int64)
+        n[rows.COUNTS] = np.zeros(rows.COUNTED, dtype=np.int64)
+        n[rows.TREE] = _nobody_first(leaves)
+        n[rows.HEADS] = np.full(1, -1, dtype=np.int64)
+        self._state = f[rows.STATE].reshape(-1, rows.STATES)
+        self._event = f[rows.EVENT].reshape(-1, rows.EVENTS)
+        self._cold = f[rows.COLD].reshape(-1, rows.COLDS)
+        self._place = n[rows.PLACE].reshape(-1, rows.PLACES)
+        self._counts, self._space = n[rows.COUNTS], f[rows.SPACE]
+        for at in (rows.MEETS, rows.HITS, rows.LEAVES):
+            self._event[:, at] = math.inf
+        self._event[:, rows.LAST] = -math.inf
+        self._place[:, [rows.CELL, rows.SKIP, rows.PARTNER, rows.WALL]] = -1
+        self._place[:, rows.RANK] = np.arange(max(1, count))
+        counts = self._counts
+        counts[rows.COUNT], counts[rows.LEAVES_OF_TREE] = count, leaves
+        counts[rows.CELLED], counts[rows.OWN_COLUMNS] = self.celled, len(responses.columns)
+        counts[rows.MOST_AT_ONCE] = max(1000, 100 * count)
+        self._space[rows.BUSY_AT] = math.nan
+        self._now: Instant = (-math.inf, 0.0)
+        self._linked: Any = None
+        self._kernel: Any = None
+        self.set_laws(laws_of_bit)
+        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard)
+        if self.periodic is not None:
+            self._begin_periodic(self.periodic)
+
+    # What is there
+
+    def _begin_periodic(self, lengths: tuple[float, ...]) -> None:
+        for c, length in enumerate(lengths):
+            if not length > 0.0:
+                raise ContactError(f"periodic[{c}] = {length} m: give a length above 0, or infinity for an open axis")
+            closed = length < math.inf
+            self._counts[rows.PERIODIC + c] = closed
+            self._space[rows.BOX + c] = length if closed else 0.0
+        closed_axes = np.isfinite(np.array(lengths))
+        shapes = self.f[rows.SCENERY][: rows.SCENERIES * int(self._counts[rows.SCENES])].reshape(-1, rows.SCENERIES)
+        for row, shape in enumerate(shapes):
+            if int(shape[rows.KIND]) != rows.PLANE or shape[rows.CENTRE : rows.CENTRE + 3][closed_axes].any():
+                raise ContactError(
+                    f"fixed shape {row} stands in a periodic box {lengths} m: only planes along its periodic axes can be there so far"
+                )
+
+    def set_laws(self, laws_of_bit: Sequence[int]) -> None:
+        """Take over the laws of the bits, and the laws' parameters as they are now."""
+        table, each = self.responses.parameters()
+        self.f[1] = np.ascontiguousarray(np.append(np.asarray(table, dtype=np.float64), 0.0))
+        laws = np.full(rows.BITS + rows.LAW_ROWS * max(1, len(each)), -1, dtype=np.int64)
+        laws[: len(laws_of_bit)] = laws_of_bit
+        counts_before: Any = (
+            self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)[:, rows.ASKED] if self._kernel else []
+        )
+        for law, one in enumerate(each):
+            at = rows.BITS + rows.LAW_ROWS * law
+            branch, offset = (-1, 0) if one is None else one
+            laws[at : at + rows.LAW_ROWS] = branch, offset, 0, 0
+            if law < len(counts_before):
+                laws[at + rows.ASKED] = counts_before[law]
+        self.n[rows.LAWS] = laws
+        if len(self.f[rows.WORK]) != 2 * max(1, len(each)):
+            self.f[rows.WORK] = np.zeros(2 * max(1, len(each)))
+        self.laws = len(each)
+
+    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None) -> None:
+        """Other fixed shapes: all places are predicted anew."""
+        shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
+        self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
+        both = np.zeros((len(shapes) + 1, 2), dtype=np.int64)
+        both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
+        both[: len(shapes), 1] = 0 if heard is None else heard
+        self.n[rows.MASKS] = both.ravel()
+        own = np.full((len(shapes) + 1, response.MOST_COLUMNS), np.nan)
+        if columns is not None:
+            own[: len(shapes), : len(self.columns)] = self._in_order(columns, len(shapes))
+        solids = bool((shapes[:, rows.KIND] >= rows.BOX).any())
+        if solids != self._solids:
+            self._solids, self._kernel = solids, None
+        self.f[rows.COLUMNS] = own.ravel()
+        self._counts[rows.SCENES] = len(shapes)
+        places = max(1, self.count)
+        self.n[rows.LISTS] = np.zeros(3 * places + len(shapes), dtype=np.int64)
+        self._counts[rows.DIRTIES] = 0
+        self._place[:, rows.DIRTY] = 0
+        self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
+        self._counts[rows.CHANGES] = 0
+        self._list_changes(np.flatnonzero(self._place[: self.count, rows.CHANGED]))
+
+    def _in_order(self, columns: Any, count: int) -> Floats:
+        """Columns by name, or (columns, count), as (count, columns)."""
+        if isinstance(columns, Mapping):
+            columns = [columns[name] for name in self.columns]
+        found: Floats = np.asarray(columns, dtype=np.float64).reshape(len(self.columns), count).T
+        return found
+
+    def _list_changes(self, places: Ints) -> None:
+        self.n[rows.LISTS][self.count : self.count + len(places)] = places
+        self._counts[rows.CHANGES] = len(places)
+
+    def _mark(self, places: Ints) -> None:
+        """Have ``places`` predicted when the loop runs next."""
+        fresh = places[self._place[places, rows.DIRTY] == 0]
+        if len(fresh):
+            first = int(self._counts[rows.DIRTIES])
+            self.n[rows.LISTS][first : first + len(fresh)] = fresh
+            self._counts[rows.DIRTIES] = first + len(fresh)
+            self._place[fresh, rows.DIRTY] = 1
+
+    def load(
+        self,
+        places: Any,
+        *,
+        position: Any,
+        velocity: Any,
+        acceleration: Any,
+        clock: Any,
+        spin: Any,
+        radius: Any,
+        mass: Any,
+        inertia: Any,
+        mask: Any,
+        heard: Any,
+        rank: Any,
+        columns: Any,
+        orientation: Any = None,
+        turn_clock: Any = None,
+    ) -> None:
+        """Put flights into ``places`` (k,): vectors (3, k), clocks (2, k), all else (k,); columns by name, or (columns, k).
+
+        ``inertia`` may be (k,) or (3, k); ``orientation`` (4, k) is that at ``turn_clock`` (2, k), by default upright at ``clock``.
+        A mask of 0 empties a place. Streaks of losing impacts are kept.
+        """
+        at = np.asarray(places, dtype=np.int64).reshape(-1)
+        state, cold, place = self._state, self._cold, self._place
+        state[at, rows.X : rows.X + 3] = np.asarray(position, dtype=np.float64).T
+        state[at, rows.V : rows.V + 3] = np.asarray(velocity, dtype=np.float64).T
+        state[at, rows.PULL : rows.PULL + 3] = np.asarray(acceleration, dtype=np.float64).T
+        times = np.asarray(clock, dtype=np.float64)
+        state[at, rows.TIME : rows.TIME + 2] = times.T
+        state[at, rows.RADIUS] = radius
+        state[at, rows.INVERSE] = 1.0 / np.asarray(mass, dtype=np.float64)
+        state[at, rows.WRAPS : rows.WRAPS + 3] = 0.0
+        cold[at, rows.SPIN : rows.SPIN + 3] = np.asarray(spin, dtype=np.float64).T
+        cold[at, rows.MASS] = mass
+        moments = np.asarray(inertia, dtype=np.float64)
+        cold[at, rows.INERTIA : rows.INERTIA + 3] = moments.T if moments.ndim == 2 else moments[..., np.newaxis]
+        cold[at, rows.TURNING : rows.TURNING + 4] = (
+            (1.0, 0.0, 0.0, 0.0) if orientation is None else np.asarray(orientation, dtype=np.float64).T
+        )
+        cold[at, rows.TURN_TIME : rows.TURN_TIME + 2] = times.T if turn_clock is None else np.asarray(turn_clock).T
+        if self.columns:
+            cold[at, rows.OWN : rows.OWN + len(self.columns)] = self._in_order(columns, len(at))
+        place[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
+        place[at, rows.PRESENT] = place[at, rows.MASK] != 0
+        if len(at):
+            latest = max((float(high), float(low)) for high, low in times.T) if len(at) < 64 else _latest(times)
+            self._now = max(self._now, latest)
+        if self.periodic is not None:
+            self._wrap(at)
+        self._mark(at)
+        if self.grid is not None and len(at):
+            self.grid = self.grid if 2.0 * float(np.max(state[at, rows.RADIUS])) <= self.grid.diameter else None
+
+    def _wrap(self, at: Ints) -> None:
+        """Bring positions into the periodic box."""
+        assert self.periodic is not None
+        for c, length in enumerate(self.periodic):
+            if length < math.inf:
+                x = self._state[at, rows.X + c]
+                x = x - np.floor(x / length) * length
+                self._state[at, rows.X + c] = np.where(x < length, x, np.nextafter(length, 0.0))
+
+    def set_skip(self, place: int, scenery_row: int) -> None:
+        """Do not look at a fixed shape, on which the place rests; -1 for none."""
+        self._place[place, rows.SKIP] = scenery_row
+        self._mark(np.array([place]))
+
+    def watch(self, places: Any) -> None:
+        """Stop after each impact of these places, and of no others."""
+        self._place[:, rows.WATCHED] = 0
+        self._place[np.asarray(places, dtype=np.int64), rows.WATCHED] = 1
+
+    # The loop
+
+    def _call(self, job: int) -> int:
+        if self._kernel is None:
+            self._make()
+        self._counts[rows.JOB] = job
+        return int(self._kernel(self.f, self.n))
+
+    def _make(self) -> None:
+        responses = self.responses
+        if not self.compiled:
+            text = _interpreted_text(responses.text, tuple(sorted(responses.files.items())), self._solids)
+            self._kernel = interpreted(text, what="impact loop")
+            return
+        text = assemble(responses.text + "\n\n" + RESPOND, responses.files)
+        self._linked = compiled(text, what="answers of collision laws")
+        self._counts[rows.ADDRESS] = self._linked.address
+        self._kernel = compiled(_compiled_text(self._solids), what="impact loop")
+
+    def _prepare(self) -> None:
+        """Have cells that suit the places."""
+        if self.celled and self.grid is None and self._place[: self.count, rows.PRESENT].any():
+            self._lay_out()
+
+    def _lay_out(self) -> None:
+        present = np.flatnonzero(self._place[: self.count, rows.PRESENT])
+        self.grid = grid = grid_for(self._state[present], self._now, self.periodic, not self._counts[rows.SCENES])
+        counts, space = self._counts, self._space
+        counts[rows.GRID : rows.GRID + 3] = grid.sizes
+        space[rows.WIDTH : rows.WIDTH + 3] = grid.widths
+        space[rows.FRAME_TIME : rows.FRAME_TIME + 2] = grid.time
+        space[rows.FRAME : rows.FRAME + 9] = (*grid.origin, *grid.velocity, *grid.acceleration)
+        self.n[rows.HEADS] = np.full(math.prod(grid.sizes), -1, dtype=np.int64)
+        self._place[:, rows.CELL] = -1
+        self._mark(present)
+        self._asked_cells = self._crowd()
+
+    def _crowd(self) -> float:
+        """Cells left, beyond those that impacts pay for."""
+        return float(self._counts[rows.CROSSINGS] - 20 * self._counts[rows.IMPACTS])
+
+    def next_time(self) -> Instant:
+        """When the earliest impact is due; `NEVER` for none."""
+        self._prepare()
+        self._call(LOOK)
+        while True:
+            at = int(self.n[rows.TREE][1])
+            high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
+            if high == math.inf:
+                return NEVER
+            event, place = self._event[at], self._place[at]
+            if (event[rows.HITS], event[rows.HITS + 1]) == (high, low):
+                return high, low
+            if (event[rows.MEETS], event[rows.MEETS + 1]) == (high, low):
+                if self._place[place[rows.PARTNER], rows.STAMP] == place[rows.SEEN]:
+                    return high, low
+            self._space[rows.LIMIT : rows.LIMIT + 2] = high, math.inf  # a place that leaves its cell, or a stale event
+            self._counts[rows.BUDGET] = 1
+            self._call(RUN)
+
+    def run(self, limit: Instant) -> Outcome:
+        """Let all events strictly before ``limit`` happen; its offset may be infinite."""
+        self._prepare()
+        self._space[rows.LIMIT : rows.LIMIT + 2] = limit
+        while True:
+            self._counts[rows.BUDGET] = BREATH[self.compiled]
+            kind = KINDS[self._call(RUN)]
+            if kind != "pause":
+                break
+            if self.celled and self.periodic is None and self._crowd() - self._asked_cells > 50 * self.count:
+                self._now = max(self._now, self._latest_event())
+                self._lay_out()
+        if kind == "limit":
+            if limit[0] < math.inf and limit[1] < math.inf:
+                self._now = max(self._now, limit)
+            return Outcome(kind, limit)
+        counts = self._counts
+        instant = float(self._space[rows.AT]), float(self._space[rows.AT + 1])
+        self._now = max(self._now, instant)
+        place, partner = int(counts[rows.WHO]), int(counts[rows.WITH])
+        is_scenery = bool(counts[rows.WITH_SCENERY])
+        others: tuple[tuple[int, int, bool], ...] = ()
+        if kind == "touch":
+            others = self._others(place, partner, is_scenery)
+        return Outcome(kind, instant, place, partner, is_scenery, others)
+
+    def _latest_event(self) -> Instant:
+        at = int(self.n[rows.TREE][1])
+        high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
+        return (high, low) if high < math.inf else self._now
+
+    def _others(self, place: int, partner: int, is_scenery: bool) -> tuple[tuple[int, int, bool], ...]:
+        found = [(place, *one) for one in self.near(place) if one != (partner, is_scenery)]
+        if not is_scenery:
+            found += [(partner, *one) for one in self.near(partner) if one != (place, False)]
+        return tuple(found)
+
+    def near(self, place: int, instant: Instant | None = None) -> list[tuple[int, bool]]:
+        """Who touches ``place`` at ``instant``, by default that for which the loop stopped last: (partner, whether it is scenery)."""
+        if instant is not None:
+            self._space[rows.AT : rows.AT + 2] = instant
+        self._counts[rows.GIVEN] = place
+        found = self._call(NEAR)
+        listed = self.n[rows.LISTS][2 * self.count : 2 * self.count + found].tolist()
+        return [(one, False) if one >= 0 else (-1 - one, True) for one in listed]
+
+    # What has happened
+
+    def changed(self) -> Changed:
+        """Places whose flight has changed since last asked, and their state, each at its own clock."""
+        counts = self._counts
+        first = self.count
+        at = np.sort(self.n[rows.LISTS][first : first + int(counts[rows.CHANGES])])
+        counts[rows.CHANGES] = 0
+        self._place[at, rows.CHANGED] = 0
+        turned = at[self._place[at, rows.TURNED] != 0]
+        self._place[turned, rows.TURNED] = 0
+        state, cold = self._state[at], self._cold[turned]
+        return Changed(
+            at,
+            state[:, rows.X : rows.X + 3].T.copy(),
+            state[:, rows.V : rows.V + 3].T.copy(),
+            state[:, rows.TIME : rows.TIME + 2].T.copy(),
+            turned,
+            cold[:, rows.SPIN : rows.SPIN + 3].T.copy(),
+            cold[:, rows.TURNING : rows.TURNING + 4].T.copy(),
+            cold[:, rows.TURN_TIME : rows.TURN_TIME + 2].T.copy(),
+        )
+
+    def take_counts(self) -> Counts:
+        """What was done since last asked; the counts begin again."""
+        found = Counts(self.impacts, self.predictions, self.crossings, self.evaluations, self.work)
+        self._asked_cells -= self._crowd()
+        self._counts[[rows.IMPACTS, rows.PREDICTIONS, rows.CROSSINGS, rows.STALE]] = 0
+        self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)[:, rows.ASKED] = 0
+        self.f[rows.WORK][:] = 0.0
+        return found
+
+    @property
+    def impacts(self) -> int:
+        """Impacts so far."""
+        return int(self._counts[rows.IMPACTS])
+
+    @property
+    def predictions(self) -> int:
+        """Pairs looked at so far."""
+        return int(self._counts[rows.PREDICTIONS])
+
+    @property
+    def crossings(self) -> int:
+        """How often a place left its cell."""
+        return int(self._counts[rows.CROSSINGS])
+
+    @property
+    def stale(self) -> int:
+        """How often an event was looked for again, because the partner had changed."""
+        return int(self._counts[rows.STALE])
+
+    @property
+    def evaluations(self) -> list[int]:
+        """How often each law was asked."""
+        table = self.n[rows.LAWS][rows.BITS :].reshape(-1, rows.LAW_ROWS)
+        return [int(table[law, rows.ASKED]) for law in range(self.laws)]
+
+    @property
+    def work(self) -> list[float]:
+        """The work [J] of each law."""
+        sums = self.f[rows.WORK].tolist()
+        return [sums[2 * law] + sums[2 * law + 1] for law in range(self.laws)]
+
+
+def _nobody_first(leaves: int) -> Ints:
+    """A tournament in which no place has an event."""
+    tree = np.arange(-leaves, leaves, dtype=np.int64)
+    for node in range(leaves - 1, 0, -1):
+        tree[node] = tree[2 * node]
+    return tree
+
+
+def _latest(times: Floats) -> Instant:
+    high = float(np.max(times[0]))
+    return high, float(np.max(times[1][times[0] == high]))

@@ -1,0 +1,113 @@
+"""Whose contacts are left to the impact loop: whole sets of objects that may meet, in which all are of a kind that it knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from xpheve.kernels.vector import Vec
+from xpheve.laws import ResponseLaw
+from xpheve.objects import PhysicalObject
+
+SCENERY = ("sphere", "plane", "box", "capsule")
+"""Fixed shapes that the loop knows."""
+FEW = 32
+"""Moving bodies of a set from which on it flies in the loop unasked."""
+MOST_LAWS = 62
+"""Bits of a mask."""
+WISH, OTHER_WISH = "collision:impact", "core:ballistic"
+"""What a user asks for who wants the loop for few bodies, too, or pairs one by one for many."""
+
+
+class Membership:
+    """Which laws' objects fly from impact to impact, and why others do not.
+
+    Attributes
+    ----------
+    flying
+        Laws that hear contacts all of whose objects fly, or are scenery to those that do.
+    why
+        By law, in words, why its objects do not.
+    """
+
+    def __init__(self) -> None:
+        self.flying: frozenset[Any] = frozenset()
+        self.why: dict[Any, str] = {}
+
+    def decide(self, world: Any, heard: Iterable[Any]) -> bool:
+        """Look at all objects of the laws ``heard`` anew; whether the answer is another one now."""
+        before = self.flying
+        self.why = {}
+        flying: set[Any] = set()
+        for laws in _joined(world, world.ordered_laws(heard)):
+            why = _why_not(world, laws)
+            if why:
+                self.why.update(dict.fromkeys(laws, why))
+            else:
+                flying.update(laws)
+        self.flying = frozenset(flying)
+        return self.flying != before
+
+
+def _joined(world: Any, laws: list[Any]) -> list[list[Any]]:
+    """``laws`` in sets: those that have an object in common, directly or through others."""
+    known = set(laws)
+    sets: dict[Any, list[Any]] = {law: [law] for law in laws}
+    for law in laws:
+        for obj in world.mapping.objects(law):
+            own = world.mapping.laws(obj)
+            if len(own) > 1:
+                for other in own:
+                    if other in known and sets[other] is not sets[law]:
+                        sets[law].extend(sets[other])
+                        for one in sets[other]:
+                            sets[one] = sets[law]
+    return list({id(one): one for one in sets.values()}.values())
+
+
+def _why_not(world: Any, laws: list[Any]) -> str:
+    """Why the objects of ``laws`` cannot fly in the loop, or need not; empty if they do."""
+    answering = [law for law in laws if isinstance(law, ResponseLaw)]
+    if not answering:
+        return "nobody answers its contacts"
+    if len(laws) > MOST_LAWS:
+        return f"{len(laws)} laws of contacts belong together; the loop knows {MOST_LAWS}"
+    moving = 0
+    objects = {obj: None for law in laws for obj in world.mapping.objects(law)}
+    along: dict[tuple[Any, ...], bool] = {}
+    for obj in objects:
+        why = _why_not_object(world, obj, along)
+        if why:
+            return f"{obj.label} {why}"
+        moving += not obj.fixed
+    for law in laws:
+        if law not in answering:
+            mine = world.mapping.objects(law)
+            if not any(set(mine) <= set(world.mapping.objects(one)) for one in answering):
+                return f"{law.label()} listens to contacts that nobody answers"
+    if world.wish == OTHER_WISH:
+        return f"{OTHER_WISH} was asked for"
+    if moving < FEW and world.wish != WISH:
+        return f"{moving} bodies move: from {FEW} on it pays"
+    return ""
+
+
+def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...], bool]) -> str:
+    kind = "sphere" if obj.shape is None else obj.shape.kind
+    if obj.fixed:
+        return "" if kind in SCENERY else f"is a fixed {kind}"
+    if obj._driven:
+        return "is driven by the host"
+    if kind != "sphere":
+        return f"is a {kind} that moves"
+    laws = tuple(world.mapping.laws(obj))
+    if laws not in along:
+        along[laws] = bool(world.continuous_laws(obj)) or any(getattr(law, "one_sided", False) for law in laws)
+    if along[laws]:
+        return "is under laws that are evaluated along its way"
+    bodies, row = world.bodies, obj._row
+    torque: Vec = bodies.get("torque", row)
+    if any(torque):
+        return "is under a torque"
+    a, b, c = bodies.get("inertia", row)
+    return "" if a == b == c else "has moments of inertia that differ"

@@ -1,0 +1,228 @@
+"""What happens to a place next: the first of its meetings with other places, with fixed shapes, and of leaving its cell."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from xpheve.kernels.clock import later
+from xpheve.kernels.vector import Vec
+from xpheve_laws_collision.impact.cells import wait_to_leave
+from xpheve_laws_collision.impact.limits import vector
+from xpheve_laws_collision.impact.meetings import hit, meeting
+from xpheve_laws_collision.impact.rows import (
+    BOX,
+    CELL_AT,
+    CELLED,
+    COUNT,
+    COUNTS,
+    EVENT,
+    EVENTS,
+    GRID,
+    HEADS,
+    HITS,
+    HITS_HOW,
+    KEYS,
+    LEAVES,
+    MASK,
+    MASKS,
+    MEETS,
+    MEETS_HOW,
+    NEXT,
+    NOTHING,
+    PARTNER,
+    PERIODIC,
+    PLACE,
+    PLACES,
+    PREDICTIONS,
+    PRESENT,
+    RANK,
+    SCENERY,
+    SCENES,
+    SEEN,
+    SHIFT,
+    SKIP,
+    SPACE,
+    STAMP,
+    STATE,
+    STATES,
+    TIME,
+    TOUCHES,
+    WALL,
+    WRAPS,
+)
+from xpheve_laws_collision.impact.tournament import replay
+
+
+def look_at(f: Any, n: Any, i: int, j: int, k: Vec, box: Vec) -> int:
+    """Predict the pair (i, j), and keep it if it is the next that ``i`` meets: whether they touch."""
+    place = n[PLACE]
+    event = f[EVENT]
+    e = EVENTS * i
+    n[COUNTS][PREDICTIONS] += 1
+    best = (event[e + MEETS], event[e + MEETS + 1])
+    high, low, how = meeting(f[STATE], i, j, k, box, best)
+    if earlier(n, i, j, high, low, best):
+        p = PLACES * i
+        b = STATES * j + WRAPS
+        state = f[STATE]
+        event[e + MEETS] = high
+        event[e + MEETS + 1] = low
+        event[e + SHIFT] = (k[0] - state[b]) * box[0]
+        event[e + SHIFT + 1] = (k[1] - state[b + 1]) * box[1]
+        event[e + SHIFT + 2] = (k[2] - state[b + 2]) * box[2]
+        place[p + PARTNER] = j
+        place[p + SEEN] = place[PLACES * j + STAMP]
+        place[p + MEETS_HOW] = how & 3
+    return how >> 2
+
+
+def earlier(n: Any, i: int, j: int, high: float, low: float, best: tuple[float, float]) -> bool:
+    """Whether ``i`` meets ``j`` before what is known; at one instant the lower rank is first."""
+    if high != best[0]:
+        return high < best[0]
+    if low != best[1]:
+        return low < best[1]
+    if high == math.inf:
+        return False
+    place = n[PLACE]
+    lower: bool = place[PLACES * j + RANK] < place[PLACES * place[PLACES * i + PARTNER] + RANK]
+    return lower
+
+
+def look_around(f: Any, n: Any, i: int, way: int, but: int) -> int:
+    """Predict ``i`` with all places near it, or with those that came near as it moved over ``way``.
+
+    Returns how many of them touch it, ``but`` left out.
+    """
+    if n[COUNTS][CELLED]:
+        return look_in_cells(f, n, i, way, but)
+    place = n[PLACE]
+    mask = place[PLACES * i + MASK]
+    zero = (0.0, 0.0, 0.0)
+    touching = 0
+    for j in range(n[COUNTS][COUNT]):
+        if j != i and place[PLACES * j + MASK] & mask:
+            touches = look_at(f, n, i, j, zero, zero)
+            if touches and j != but:
+                touching += 1
+    return touching
+
+
+def reach_of(n: Any, c: int, at: int, way: int) -> tuple[int, int]:
+    """The first and last neighbour along axis ``c`` of a cell whose folded coordinate is ``at``."""
+    if abs(way) == c + 1:
+        one = 1 if way > 0 else -1
+        return (one, one)
+    size = n[COUNTS][GRID + c]
+    if n[COUNTS][PERIODIC + c] or size > 2:
+        return (-1, 1)
+    return (0, size - 1)  # all there are, each once
+
+
+def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
+    """`look_around` with cells."""
+    place = n[PLACE]
+    counts = n[COUNTS]
+    heads = n[HEADS]
+    p = PLACES * i
+    mask = place[p + MASK]
+    box = vector(f[SPACE], BOX)
+    wraps = vector(f[STATE], STATES * i + WRAPS)
+    nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
+    x, y, z = place[p + CELL_AT] % nx, place[p + CELL_AT + 1] % ny, place[p + CELL_AT + 2] % nz
+    first, last = reach_of(n, 0, x, way)
+    first_y, last_y = reach_of(n, 1, y, way)
+    first_z, last_z = reach_of(n, 2, z, way)
+    touching = 0
+    for at_x in range(x + first, x + last + 1):
+        over = -1 if at_x < 0 else (1 if at_x >= nx else 0)
+        row = (at_x - over * nx) * ny
+        kx = wraps[0] + over
+        for at_y in range(y + first_y, y + last_y + 1):
+            over = -1 if at_y < 0 else (1 if at_y >= ny else 0)
+            line = (row + at_y - over * ny) * nz
+            ky = wraps[1] + over
+            for at_z in range(z + first_z, z + last_z + 1):
+                over = -1 if at_z < 0 else (1 if at_z >= nz else 0)
+                j = heads[line + at_z - over * nz]
+                k = (kx, ky, wraps[2] + over)
+                while j >= 0:
+                    if j != i and place[PLACES * j + MASK] & mask:
+                        touches = look_at(f, n, i, j, k, box)
+                        if touches and j != but:
+                            touching += 1
+                    j = place[PLACES * j + NEXT]
+    return touching
+
+
+def look_at_scenery(f: Any, n: Any, i: int, but: int) -> int:
+    """Predict ``i`` with the fixed shapes: how many of them touch it, ``but`` left out."""
+    place = n[PLACE]
+    event = f[EVENT]
+    state = f[STATE]
+    shapes = f[SCENERY]
+    masks = n[MASKS]
+    p = PLACES * i
+    e = EVENTS * i
+    mask = place[p + MASK]
+    skip = place[p + SKIP]
+    best = math.inf
+    how = NOTHING
+    wall = -1
+    touching = 0
+    for row in range(n[COUNTS][SCENES]):
+        if row != skip and masks[2 * row] & mask:
+            n[COUNTS][PREDICTIONS] += 1
+            span, found = hit(state, i, shapes, row)
+            if found & TOUCHES and row != but:
+                touching += 1
+            if span < best:
+                best = span
+                how = found & 3
+                wall = row
+    place[p + WALL] = wall
+    place[p + HITS_HOW] = how
+    high, low = math.inf, 0.0
+    if wall >= 0:
+        a = STATES * i + TIME
+        high, low = later((state[a], state[a + 1]), best)
+    event[e + HITS] = high
+    event[e + HITS + 1] = low
+    return touching
+
+
+def settle(f: Any, n: Any, i: int) -> int:
+    """Enter the first of what happens to ``i`` into the tournament."""
+    event = f[EVENT]
+    key = f[KEYS]
+    e = EVENTS * i
+    high = event[e + MEETS]
+    low = event[e + MEETS + 1]
+    for at in (HITS, LEAVES):
+        if event[e + at] < high or (event[e + at] == high and event[e + at + 1] < low):
+            high = event[e + at]
+            low = event[e + at + 1]
+    key[2 * i] = high
+    key[2 * i + 1] = low
+    return replay(f, n, i)
+
+
+def look_anew(f: Any, n: Any, i: int, but: int) -> int:
+    """Predict ``i`` with all places near it, from nothing: how many touch it, ``but`` left out."""
+    e = EVENTS * i + MEETS
+    f[EVENT][e] = math.inf
+    f[EVENT][e + 1] = 0.0
+    n[PLACE][PLACES * i + PARTNER] = -1
+    if not n[PLACE][PLACES * i + PRESENT]:
+        return 0
+    return look_around(f, n, i, 0, but)
+
+
+def foresee(f: Any, n: Any, i: int, but_place: int, but_wall: int, now: tuple[float, float]) -> int:
+    """All that happens to ``i``, whose flight is new: how many touch it, the two left out."""
+    touching = look_anew(f, n, i, but_place) + look_at_scenery(f, n, i, but_wall)
+    if n[COUNTS][CELLED]:
+        wait_to_leave(f, n, i, now)
+    settle(f, n, i)
+    return touching

@@ -1,0 +1,281 @@
+"""The impact stepper in the engine: the same motion as by the contact server, whatever happens on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.laws_collision.impact.scenes import LOOP, SERVER, gas, states
+
+import xpheve as xp
+
+Change = Callable[[xp.PhysicsEngine, list[xp.PhysicalObject]], None]
+
+
+def after(stepper: str, change: Change | None = None, until: float = 1.0, **scene: object) -> np.ndarray:
+    """States of a gas at ``until`` [s]; ``change`` is made at half of that."""
+    engine, balls = gas(stepper, 40, **scene)
+    engine.run(until=0.5 * until)
+    if change is not None:
+        change(engine, balls)
+    engine.run(until=until)
+    return states([ball for ball in balls if ball.engine is engine])
+
+
+def served_by(engine: xp.PhysicsEngine) -> set[str]:
+    return {one["stepper"] for one in engine.explain().data["batches"]}
+
+
+def test_many_balls_fly_by_the_loop_and_explain_says_so() -> None:
+    engine, _balls = gas("", 40)
+    engine.run(until=0.3)
+    loop = engine.explain().data["contacts"]["impact loop"]
+    assert loop["moving"] == 40 and loop["scenery"] == 6 and loop["impacts"] > 5
+    assert loop["tier"] == "interpreted", "40 balls do not pay for compiling"
+    assert "collision:impact" in str(engine.explain())
+    few, _ = gas("", 8)
+    few.run(until=0.3)
+    assert "8 bodies move" in str(few.explain().data["contacts"]["impact loop"]["not there"])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {},
+        {"gravity": 9.81},
+        {"uneven": True},
+        {"uneven": True, "gravity": 9.81, "restitution": 0.7},
+        {"restitution": 0.0},
+        {"speed": 30.0, "restitution": 0.5},
+    ],
+)
+def test_the_loop_and_the_server_agree(scene: dict[str, float]) -> None:
+    assert np.allclose(after(LOOP, **scene), after(SERVER, **scene), rtol=0, atol=1e-9)
+
+
+def test_energy_is_kept_to_rounding() -> None:
+    engine, _ = gas(LOOP, 60)
+    before = engine.energy().kinetic
+    engine.run(until=3.0)
+    assert engine.energy().kinetic == pytest.approx(before, rel=1e-13)
+
+
+def test_dissipated_energy_is_booked() -> None:
+    books = []
+    for stepper in (LOOP, SERVER):
+        engine, _ = gas(stepper, 40, restitution=0.6, gravity=9.81)
+        engine.run(until=1.0)
+        energy = engine.energy()
+        books.append((energy.total, energy.kinetic, energy.work))
+    assert books[0] == pytest.approx(books[1], rel=1e-10)
+
+
+def kick(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    balls[3].velocity = (2.0, -1.0, 0.5)
+
+
+def push(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    balls[5].add_force(xp.Force((0.05, 0.0, 0.1), duration=0.2))
+
+
+def remove(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    engine.remove_object(balls[7])
+
+
+def add(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    spot = xp.PhysicalObject(xp.Sphere(0.01), mass=0.1, position=(0.99 - 0.02, 0.97, 0.97), velocity=(-3.0, -2.0, -2.0))
+    engine.add_object(spot, laws=list(engine.laws))
+
+
+def soften(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    engine.laws[0].restitution = 0.5
+
+
+def soften_one(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    balls[0]["restitution"] = 0.1
+    balls[1]["restitution"] = 0.2
+
+
+def unmap(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    for ball in balls[:20]:
+        engine.unmap(ball, engine.laws[0])
+
+
+def move_wall(engine: xp.PhysicsEngine, balls: list[xp.PhysicalObject]) -> None:
+    wall = next(obj for obj in engine.objects if obj.fixed)
+    wall.position = tuple(0.05 * c for c in wall.shape.normal)
+
+
+@pytest.mark.parametrize("change", [kick, push, remove, add, soften, soften_one, unmap, move_wall])
+def test_what_changes_on_the_way_changes_the_same(change: Change) -> None:
+    assert np.allclose(after(LOOP, change), after(SERVER, change), rtol=0, atol=1e-9)
+
+
+def test_a_law_switched_off_and_on_again_leaves_no_impact_of_the_past() -> None:
+    def run(stepper: str) -> np.ndarray:
+        engine, balls = gas(stepper, 40, speed=3.0)
+        engine.run(until=0.2)
+        bounce = engine.laws[0]
+        bounce.enabled = False
+        engine.run(until=0.3)
+        for ball in balls:
+            ball.position = tuple(0.5 * c for c in ball.position)
+        engine.run(until=0.32)
+        bounce.enabled = True
+        engine.run(until=0.5)
+        return states(balls)
+
+    assert np.allclose(run(LOOP), run(SERVER), rtol=0, atol=1e-9)
+
+
+def test_looking_and_stopping_change_no_bit() -> None:
+    plain, balls = gas(LOOP, 50, uneven=True, gravity=9.81)
+    plain.run(until=1.0)
+    looked, others = gas(LOOP, 50, uneven=True, gravity=9.81)
+    for end in (0.1, 0.1234567, 0.5):
+        looked.run(until=end, every=0.01)
+    looked.run(until=1.0, dt=1 / 64)
+    assert states(balls).tobytes() == states(others).tobytes()
+
+
+def test_a_checkpoint_in_the_midst_continues_to_the_bit(tmp_path: Path) -> None:
+    engine, balls = gas(LOOP, 50, uneven=True, gravity=9.81, restitution=0.9)
+    engine.run(until=0.6)
+    engine.checkpoint(tmp_path / "mid.xpc")
+    engine.run(until=1.2)
+    again = xp.PhysicsEngine.restore(tmp_path / "mid.xpc")
+    again.run(until=1.2)
+    assert states([obj for obj in again.objects if not obj.fixed]).tobytes() == states(balls).tobytes()
+
+
+def test_interpreted_and_compiled_loops_have_the_same_bits() -> None:
+    found = []
+    for compile in ("never", "always"):
+        engine, balls = gas(LOOP, 50, uneven=True, gravity=9.81, restitution=0.9, compile=compile)
+        engine.run(until=1.0)
+        assert engine.explain().data["contacts"]["impact loop"]["tier"] == (
+            "compiled" if compile == "always" else "interpreted"
+        )
+        found.append(states(balls).tobytes())
+    assert found[0] == found[1]
+
+
+class Heard(xp.PhysicalLaw):
+    """Keeps what it is told."""
+
+    id = "test:heard"
+    condition = xp.when.Impact()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.told: list[tuple[float, str, str]] = []
+
+    def enforce_this_law(self, event: xp.Event) -> None:
+        self.told += [(event.time, one.body_a.label, one.body_b.label) for one in event.contacts]
+
+
+def test_who_listens_is_told_of_each_impact() -> None:
+    told = []
+    for stepper in (LOOP, SERVER):
+        engine, balls = gas(stepper, 40)
+        heard = engine.add_law(Heard())
+        for ball in balls[:10]:
+            engine.map(ball, heard)
+        for wall in [obj for obj in engine.objects if obj.fixed]:
+            engine.map(wall, heard)
+        engine.run(until=1.0)
+        told.append(heard.told)
+    assert len(told[0]) == len(told[1]) > 0
+    for one, other in zip(*told, strict=True):
+        assert one[0] == pytest.approx(other[0], abs=1e-9) and one[1:] == other[1:]
+
+
+def test_a_response_in_plain_python_works_and_explain_says_that_it_is_slower() -> None:
+    class Odd(xp.ResponseLaw):
+        """Bounces, by a list that no trace follows."""
+
+        id = "test:odd"
+        container = "collision:exact"
+
+        def respond(self, contact: xp.Contact) -> float:
+            return [0.9, 0.9][int(contact.approach_speed > 1.0)] * contact.approach_speed
+
+    found = []
+    for stepper in (LOOP, SERVER):
+        engine = xp.PhysicsEngine(stepper=stepper, compile="never")
+        law = engine.add_law(Odd())
+        balls = [
+            xp.PhysicalObject(xp.Sphere(0.1), position=(0.5 * k, 0, 0), velocity=(-0.1 * k * k, 0.01 * k, 0))
+            for k in range(8)
+        ]
+        engine.add_objects(balls, laws=[law])
+        engine.run(until=1.5)
+        assert law.evaluations > 3
+        found.append(states(balls))
+        if stepper == LOOP:
+            assert "python" in str(engine.explain()).lower()
+    assert np.allclose(*found, rtol=0, atol=1e-12)
+
+
+def test_a_cradle_of_many_balls_comes_out_exactly() -> None:
+    engine = xp.PhysicsEngine()
+    bounce = engine.add_law("collision:elastic")
+    row = [xp.PhysicalObject(xp.Sphere(0.1), position=(0.2 * k, 0, 0)) for k in range(40)]
+    first = xp.PhysicalObject(xp.Sphere(0.1), position=(-1, 0, 0), velocity=(1, 0, 0))
+    engine.add_objects([*row, first], laws=[bounce])
+    engine.run(until=1.5)
+    assert served_by(engine) == {"collision:impact"}
+    assert [ball.velocity[0] for ball in [first, *row]] == pytest.approx([0.0] * 40 + [1.0], abs=1e-12)
+
+
+def test_balls_come_to_rest_on_the_floor_and_are_kicked_off_again() -> None:
+    found = []
+    for stepper in (LOOP, SERVER):
+        engine = xp.PhysicsEngine(up="z", stepper=stepper)
+        bounce = engine.add_law("collision:elastic", restitution=0.3)
+        gravity = engine.add_law("basic:planet_gravity")
+        engine.add_object(xp.PhysicalObject(xp.Plane(), fixed=True), laws=[bounce])
+        balls = engine.add_objects(
+            [
+                xp.PhysicalObject(xp.Sphere(0.1), position=(k, 0, 0.3 + 0.1 * k), velocity=(0.01, 0, 0))
+                for k in range(36)
+            ],
+            laws=[gravity, bounce],
+        )
+        engine.run(until=4.0)
+        assert len(engine.explain().data["contacts"]["supports"]) == 36
+        for ball in balls[::2]:
+            ball.velocity = (0.0, 0.1, 2.0)
+        engine.run(until=4.1)
+        assert len(engine.explain().data["contacts"]["supports"]) == 18
+        engine.run(until=6.0)
+        assert len(engine.explain().data["contacts"]["supports"]) == 36
+        found.append(states(balls))
+    assert np.allclose(*found, rtol=0, atol=1e-10)
+
+
+def test_a_place_is_crossed_at_the_same_times() -> None:
+    class Crossed(xp.PhysicalLaw):
+        """Keeps the times."""
+
+        id = "test:crossed"
+        condition = xp.when.Crosses("body.position.x")
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.times: list[float] = []
+
+        def enforce_this_law(self, event: xp.Event) -> None:
+            self.times.append(event.time)
+
+    found = []
+    for stepper in (LOOP, SERVER):
+        engine, balls = gas(stepper, 40)
+        crossed = engine.add_law(Crossed())
+        for ball in balls[:20]:
+            engine.map(ball, crossed)
+        engine.run(until=1.5)
+        found.append(crossed.times)
+    assert found[0] == pytest.approx(found[1], abs=1e-9) and len(found[0]) > 2
