@@ -65,7 +65,12 @@ class Looks:
         if not known.alone:
             return False
         parabolas = known.waits and needs_parabolas(self.world, [obj])
-        at = (known, kind, parabolas, known.waits and self.world.contacts is not None and self.world.contacts.flies(obj))
+        at = (
+            known,
+            kind,
+            parabolas,
+            known.waits and self.world.contacts is not None and self.world.contacts.flies(obj),
+        )
         objects = self._alike.get(at)
         if objects is None:
             self._alike[at] = self.take([obj])

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 DEGREE = 24
 COUNT = DEGREE + 1
 NODES: Array = np.array(chebyshev.chebpts1(COUNT), dtype=np.float64)
-TO_COEFFICIENTS: Array = (2.0 / COUNT) * chebyshev.chebvander(NODES, DEGREE).T
+TO_COEFFICIENTS: Array = np.array((2.0 / COUNT) * chebyshev.chebvander(NODES, DEGREE).T, dtype=np.float64)
 TO_COEFFICIENTS[0] *= 0.5
 INTEGRAL: Array = np.array([chebyshev.chebint(row, lbnd=-1) for row in np.eye(COUNT)]).T
 """Of the coefficients of a function to those of its integral from -1 on, (26, 25)."""

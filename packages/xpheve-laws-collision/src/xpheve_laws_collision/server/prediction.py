@@ -80,6 +80,7 @@ class Prediction(Standing):
             self._watch_window(obj)
             self._predict_all(obj, done)
             done.add(obj)
+
     def flown(self, rows: Sequence[int] | Rows) -> None:
         """Flights that the loop has changed: what stands is asked again, and what the loop has left to the server is queued."""
         if self.touching or self.inside or self.supports or self.held:
