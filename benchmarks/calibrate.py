@@ -1,12 +1,15 @@
 """A fixed loop whose time tells how fast the machine is: divide by it to compare results of different machines.
 
-One part is plain Python on floats, the other NumPy on arrays of 10,000. (A compiled part joins when the engine compiles.)
+One part is plain Python on floats, one NumPy on arrays of 10,000, one is compiled by the engine: what a loop of events is made of, reads from
+here and there, square roots, branches.
 """
 
 from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -33,12 +36,57 @@ def numpy_passes() -> float:
     return float(out[-1])
 
 
+COMPILED = """
+def entry(f, n):
+    places, steps, at, met = f[0], n[0][0], 1, 0.0
+    for k in range(steps):
+        at = (at * 1103515245 + 12345) & 8191
+        b = places[at] - 0.75
+        c = places[(at + 4096) & 8191]
+        if b < 0.0:
+            d = b * b - 0.25 * c
+            if d > 0.0:
+                met = met + c / (math.sqrt(d) - b)
+                places[at] = places[at] * 0.9999 + 0.00005
+    f[1][0] = met
+    return 0
+"""
+"""4,000,000 rounds over 64 KiB: a place drawn, a quadratic equation solved if there is one, a place written."""
+
+
+@cache
+def compiled() -> Callable[[], float] | None:
+    """The compiled part, ready to be called; None where xPheve is not there, or cannot compile."""
+    try:
+        from xpheve.compile import assemble
+        from xpheve.compile import compiled as made
+    except ImportError:
+        return None
+    from xpheve.errors import CompileError
+
+    try:
+        kernel = made(assemble(COMPILED, {}), what="the fixed loop")
+    except CompileError:
+        return None
+    rounds, out = np.array([4_000_000]), np.zeros(1)
+
+    def run() -> float:
+        kernel([np.linspace(0.0, 1.0, 8192), out], [rounds])
+        return float(out[0])
+
+    return run
+
+
 def calibrate(samples: int = SAMPLES) -> dict[str, float]:
-    """CPU time [s] of both parts, median of ``samples``."""
-    found: dict[str, list[float]] = {"python": [], "numpy": []}
+    """CPU time [s] of each part, median of ``samples``."""
+    parts: dict[str, Callable[[], float]] = {"python": plain_python, "numpy": numpy_passes}
+    fixed = compiled()
+    if fixed is not None:
+        parts["compiled"] = fixed
+    found: dict[str, list[float]] = {name: [] for name in parts}
     for _ in range(samples):
-        found["python"].append(cpu_time(plain_python))
-        found["numpy"].append(cpu_time(numpy_passes))
+        for name, part in parts.items():
+            found[name].append(cpu_time(part))
     return {name: middle(times)[0] for name, times in found.items()}
 
 

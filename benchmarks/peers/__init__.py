@@ -2,7 +2,8 @@
 
 Each has ``NAME`` and ``MODULE`` (what must be installed). Game engines have ``ball(scene, dts)`` (the rows of a scene of one sphere) and
 ``field(positions, velocities, dt)`` (S12: a `benchmarks.measure.Field` for each setting); those for smooth motion have ``smooth(problem)``
-(a `benchmarks.smooth.measure.Contender` for each setting that the scene names).
+(a `benchmarks.turns.Contender` for each setting that the scene names); those for impacts have ``impacts(scene)``, the same for a scene
+told by a `benchmarks.impacts.stage.Stage`, and ``World(stage, setting, dt)``, to be stepped and read.
 """
 
 from __future__ import annotations
@@ -17,6 +18,14 @@ SMOOTH = {
     "scipy": "benchmarks.peers.scipy_peer",
     "mujoco": "benchmarks.peers.mujoco_smooth",
     "pybullet": "benchmarks.peers.pybullet_smooth",
+}
+
+IMPACTS = {
+    "mujoco": "benchmarks.peers.mujoco_impacts",
+    "pybullet": "benchmarks.peers.pybullet_impacts",
+    "rapier3d": "benchmarks.peers.rapier3d_impacts",
+    "dartpy": "benchmarks.peers.dartpy_impacts",
+    "scipy": "benchmarks.peers.scipy_impacts",
 }
 
 

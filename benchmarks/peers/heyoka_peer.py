@@ -15,8 +15,8 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from benchmarks.smooth.measure import Contender, row
 from benchmarks.smooth.problem import End, Problem
+from benchmarks.turns import Contender, row
 
 NAME, MODULE = "heyoka", "heyoka"
 

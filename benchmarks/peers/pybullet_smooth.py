@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
-from benchmarks.smooth.measure import Contender, row
 from benchmarks.smooth.problem import End, Problem
+from benchmarks.turns import Contender, row
 
 NAME, MODULE = "PyBullet", "pybullet"
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import rebound
 
-from benchmarks.smooth.measure import Contender, row
 from benchmarks.smooth.problem import End, Problem
+from benchmarks.turns import Contender, row
 
 NAME, MODULE = "REBOUND", "rebound"
 

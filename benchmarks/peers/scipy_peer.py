@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from benchmarks.smooth.measure import Contender, row
 from benchmarks.smooth.problem import End, Problem
+from benchmarks.turns import Contender, row
 
 NAME, MODULE = "SciPy", "scipy"
 IMPLICIT = ("Radau", "BDF", "LSODA")

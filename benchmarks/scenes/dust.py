@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 import xpheve as xp
+from benchmarks.front import seconds
 from benchmarks.measure import cpu_time, middle, ratio
 from benchmarks.references.kepler import relative_state
-from benchmarks.smooth.front import seconds
 from benchmarks.smooth.ours import asked
 from benchmarks.smooth.problem import Ours, Swarm
 

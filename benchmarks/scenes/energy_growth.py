@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.front import seconds
 from benchmarks.measure import cpu_time
-from benchmarks.smooth.front import seconds
 from benchmarks.smooth.ours import built
 from benchmarks.smooth.problem import End, Ours, Problem, Swarm, swarm_engine
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.front import seconds
 from benchmarks.measure import cpu_time, middle
 from benchmarks.scenes.kepler import PERIOD, start
-from benchmarks.smooth.front import seconds
 from benchmarks.smooth.ours import asked
 
 ID, TITLE, N = "Kepler outputs", "1,000 outputs of two bodies", 1000

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.smooth.measure import Contender, row
 from benchmarks.smooth.problem import End, Ours, Problem
+from benchmarks.turns import Contender, row
 
 NAME = "xPheve"
 BEGUN = 2.0**-40  # of the span

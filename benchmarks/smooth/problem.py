@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-Array = Any
+from benchmarks.problem import Array, Bar, End, Scene
+
+__all__ = [
+    "Array",
+    "Bar",
+    "End",
+    "Ours",
+    "Problem",
+    "Slope",
+    "Spin",
+    "Swarm",
+    "distance",
+    "relative",
+    "steps",
+    "swarm_engine",
+    "tolerances",
+]
+
 Formula = Callable[[Any, Any], tuple[Any, ...]]
-
-
-class End(NamedTuple):
-    """Where all bodies are in the end, in the world frame: (n, 3) [m], (n, 3) [m/s], (n, 4), (n, 3) [rad/s]."""
-
-    position: Array
-    velocity: Array
-    orientation: Array | None = None
-    turning: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -107,61 +113,14 @@ def steps(stepper: str | None, span: float, *counts: int, method: str | None = N
 
 
 @dataclass(frozen=True)
-class Bar:
-    """What must be shown. Errors are bounded by ``error``; times are held against rows of peers.
+class Problem(Scene):
+    """One scene of smooth motion over one span, told in as many ways as engines need."""
 
-    ``method`` and ``setting`` choose our rows, ``peer`` and ``peer_setting`` those of the peer: beginnings of the engine's name and of the setting.
-    ``kind`` says what holds:
-
-    - "error": a row of ours has an error of at most ``error``; "all errors": each has; "drift": a row has, of energy;
-    - "front": a row of ours with an error of at most ``error`` is beaten by no row of the peers in both time and error; without ``error`` that is
-      so for all of our own front;
-    - "ratio": our time over that of the fastest of the peer's rows is at most ``ratio``, with an error of at most ``error`` and, with
-      ``no_larger``, at most the peer's;
-    - "value": the number ``key`` among the measures of each of our rows is at most ``ratio``.
-    """
-
-    text: str
-    kind: str
-    error: float = float("inf")
-    method: str = ""
-    setting: str = ""
-    peer: str = ""
-    peer_setting: str = ""
-    ratio: float = 1.0
-    no_larger: bool = False
-    key: str = ""
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One scene over one span. ``build(engine)`` fills an xPheve engine and gives the objects to read at the end."""
-
-    id: str
-    title: str
-    span: float
-    metric: str
-    build: Callable[[Any], Sequence[Any]]
-    ours: Sequence[Ours]
-    error: Callable[[End], float]
-    drift: Callable[[End], float] | None = None
     swarm: Swarm | None = None
     slope: Slope | None = None
     spin: Spin | None = None
-    peers: Mapping[str, Sequence[Any]] = field(default_factory=dict)
-    bars: Sequence[Bar] = ()
     models: Mapping[str, Callable[[float, str], str]] = field(default_factory=dict)
     """The scene in the language of a peer, by dt and integrator."""
-    measures: Mapping[str, Callable[[End], float]] = field(default_factory=dict)
-    """Further numbers told of each row, such as an adiabatic invariant."""
-    notes: str = ""
-    short: float | None = None
-    """A span for trying out that all works."""
-
-    @cached_property
-    def file(self) -> str:
-        """The name of its plot."""
-        return re.sub(r"[^a-z0-9]+", "_", self.id.lower()).strip("_")
 
 
 def distance(end: Array, high: Array, low: Array) -> float:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,10 +41,13 @@ def script(n: int, compile: str, steps: int) -> str:
     return SCRIPT.format(n=n, how=f", compile={compile!r}" if has_loop() else "", until=steps / 1024, dt="1 / 1024")
 
 
-def child(program: str, home: Path) -> dict[str, Any]:
-    """One process: seconds on the clock and of CPU from start to end, and what it said. Caches are below ``home``, which is all it has."""
+def child(program: str, home: Path, more: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """One process: seconds on the clock and of CPU from start to end, and what it said. Caches are below ``home``, which is all it has.
+
+    ``more`` is put into its environment.
+    """
     clean = {key: value for key, value in os.environ.items() if not key.startswith(OURS_TO_CHOOSE)}
-    clean |= {"HOME": str(home), "USERPROFILE": str(home), "LOCALAPPDATA": str(home)}
+    clean |= {"HOME": str(home), "USERPROFILE": str(home), "LOCALAPPDATA": str(home), **(more or {})}
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, env=clean, cwd=home, check=False

@@ -22,12 +22,12 @@ def load(name: str) -> Any:
     return importlib.import_module(f"benchmarks.{name}")
 
 
-command, problems, front, report = (load(f"smooth.{name}") for name in ("__main__", "problem", "front", "report"))
+command, problems, front, report = (load(name) for name in ("smooth.__main__", "smooth.problem", "front", "pages"))
 references, turning, ours_module, measure = (
     load("references"),
     load("smooth.turning"),
     load("smooth.ours"),
-    load("smooth.measure"),
+    load("turns"),
 )
 free_spin, kepler = load("references.free_spin"), load("references.kepler")
 PROBLEMS = [problem for name in command.SCENES for problem in load(f"scenes.{name}").PROBLEMS]
@@ -409,9 +409,9 @@ def test_pictures_are_small(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     rows = [point("xPheve a", 10.0**k, 10.0 ** (-3 * k), ours=True) for k in range(4)] + PEERS
     path = tmp_path / "one.png"
-    assert load("smooth.plots").draw("a title", "error", rows, path)
+    assert load("plots").draw("a title", "error", rows, path)
     assert 2_000 < path.stat().st_size < 60_000
-    assert not load("smooth.plots").draw("a title", "error", [PEERS[-1]], path)
+    assert not load("plots").draw("a title", "error", [PEERS[-1]], path)
 
 
 def test_the_page_and_the_table_are_made_from_the_results_in_the_repository() -> None:

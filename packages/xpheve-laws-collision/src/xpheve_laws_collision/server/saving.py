@@ -64,6 +64,7 @@ class Saving(Prediction):
             "windows": self.curves.windows,
             "parabolas": self._on_parabolas(),
             "impact loop": self.fleet.report(),
+            "told": self.fleet.told(),
         }
 
     def _on_parabolas(self) -> list[str]:

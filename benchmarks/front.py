@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from benchmarks.smooth.problem import Bar
+from benchmarks.problem import Bar
 
 Row = dict[str, Any]
 ROUNDING = 1e-17  # errors below are the same
@@ -48,6 +48,11 @@ def is_ours(row: Row) -> bool:
     return bool(row["more"].get("ours"))
 
 
+def is_aside(row: Row) -> bool:
+    """Whether it is no engine, but something to measure by: it counts where a bar names it, and on no front."""
+    return bool(row["more"].get("aside"))
+
+
 def error(row: Row) -> float:
     """Its error; 0 counts as the least that can be told."""
     return max(float(row["error"]), ROUNDING)
@@ -56,7 +61,9 @@ def error(row: Row) -> float:
 def front(rows: Sequence[Row]) -> list[Row]:
     """The rows that no other beats in time and error together, fastest first."""
     found: list[Row] = []
-    for row in sorted(counted(rows), key=lambda row: (row["seconds"], error(row))):
+    for row in sorted(
+        (row for row in counted(rows) if not is_aside(row)), key=lambda row: (row["seconds"], error(row))
+    ):
         if not found or error(row) < error(found[-1]):
             found.append(row)
     return found
@@ -73,16 +80,17 @@ def standing(row: Row, peers: Sequence[Row]) -> Standing:
 
 def standings(rows: Sequence[Row]) -> list[Standing]:
     """Each of our points beside all peers."""
-    peers = [row for row in rows if not is_ours(row)]
+    peers = [row for row in rows if not is_ours(row) and not is_aside(row)]
     return [standing(row, peers) for row in counted(rows) if is_ours(row)]
 
 
 def judge(bar: Bar, rows: Sequence[Row]) -> Verdict:
     """Whether ``bar`` is met by ``rows``."""
-    mine = _chosen([row for row in rows if is_ours(row)], f"xPheve {bar.method}", bar.setting)
+    mine = _chosen([row for row in rows if is_ours(row)], f"xPheve {bar.method}".rstrip(), bar.setting)
     if not mine:
         return Verdict(bar.text, "no such row of ours in this run", None)
-    peers = _chosen([row for row in rows if not is_ours(row)], bar.peer, bar.peer_setting)
+    others = [row for row in rows if not is_ours(row) and (bar.peer or not is_aside(row))]
+    peers = _chosen(others, bar.peer, bar.peer_setting)
     return JUDGES[bar.kind](bar, mine, peers)
 
 
@@ -149,7 +157,7 @@ def _told(one: Standing) -> str:
 def _ratio(bar: Bar, mine: list[Row], peers: list[Row]) -> Verdict:
     if not peers:
         return Verdict(bar.text, "no such peer in this run", None)
-    rival = min(peers, key=lambda row: row["seconds"])
+    rival = min(peers, key=(lambda row: (error(row), row["seconds"])) if bar.finest else (lambda row: row["seconds"]))
     limit = min(bar.error, error(rival)) if bar.no_larger else bar.error
     exact = [row for row in mine if error(row) <= limit]
     if not exact:

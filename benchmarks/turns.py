@@ -1,4 +1,4 @@
-"""Rows of a scene of smooth motion: CPU time in turns beside error, drift, and what was paid once."""
+"""Rows of a scene: CPU time in turns beside error, drift, and what was paid once."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.measure import Row, cpu_time, middle
-from benchmarks.smooth.problem import Problem
+from benchmarks.problem import Scene
 
 Go = Callable[[], Any]
 SHORTEST = 2e-3  # [s] a sample shorter than this is made of several runs,
 BUILDING = 0.1  # [s] as long as building all that takes no longer than this
-ENOUGH = 2.6  # [s] of samples of one row, after which there are no more of it; rows of fewer samples say so
+ENOUGH = 2.6  # [s] of samples of one row, if not said otherwise, after which there are no more of it; rows of fewer samples say so
 LONGEST = 12.0  # [s] a run that took longer is the last of its kind: finer settings of the same method are left out
 
 
@@ -23,15 +23,16 @@ LONGEST = 12.0  # [s] a run that took longer is the last of its kind: finer sett
 class Contender:
     """What fills a row: ``make()`` builds and gives (go, end); ``go()`` is timed, ``end()`` tells where all are.
 
-    ``parts`` is how many runs ``go`` makes; the time is that of one.
+    ``parts`` is how many runs ``go`` makes; the time is that of one. ``watch()`` gives the ends at several times of a run that is not timed.
     """
 
     row: Row
     make: Callable[[], tuple[Go, Callable[[], Any]]]
     parts: int = 1
+    watch: Callable[[], Sequence[Any]] | None = None
 
 
-def row(problem: Problem, engine: str, setting: str, dt: float | None = None, note: str = "") -> Row:
+def row(problem: Scene, engine: str, setting: str, dt: float | None = None, note: str = "") -> Row:
     """An empty row."""
     return Row(problem.id, engine, setting, dt, note=note)
 
@@ -51,7 +52,7 @@ def together(several: Sequence[Contender]) -> Contender:
     return Contender(several[0].row, make, len(several))
 
 
-def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) -> list[Row]:
+def take_turns(problem: Scene, contenders: Sequence[Contender], samples: int, enough: float = ENOUGH) -> list[Row]:
     """Fill the rows of a scene; each contender has its turn ``samples`` times, so that a busy machine is busy for all.
 
     What fails or refuses is a row that says so: it has no time.
@@ -69,7 +70,7 @@ def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) 
             slow[one.row.engine] = found[1]
         made, ran = found
         runs = max(1, min(200, math.ceil(SHORTEST / max(ran, 1e-7)), int(BUILDING / max(made, 1e-7))))
-        ready.append((one, runs, max(1, min(samples, round(ENOUGH / max(ran, 1e-7))))))
+        ready.append((one, runs, max(1, min(samples, round(enough / max(ran, 1e-7))))))
     times: list[list[float]] = [[] for _ in ready]
     for turn in range(samples):
         for (one, runs, wanted), found_times in zip(ready, times, strict=True):
@@ -81,7 +82,7 @@ def take_turns(problem: Problem, contenders: Sequence[Contender], samples: int) 
     return [one.row for one in contenders]
 
 
-def _first(problem: Problem, one: Contender) -> tuple[float, float] | None:
+def _first(problem: Scene, one: Contender) -> tuple[float, float] | None:
     """A run to warm up, from which errors are told: CPU time [s] of building and running a second one; None if there is no such run."""
     try:
         begin = time.process_time()
@@ -101,6 +102,10 @@ def _first(problem: Problem, one: Contender) -> tuple[float, float] | None:
     if problem.drift is not None:
         one.row.drift = problem.drift(at)
     one.row.more["measures"] = {name: measure(at) for name, measure in problem.measures.items()}
+    if problem.watched is not None and one.watch is not None:
+        seen = problem.watched(one.watch())
+        one.row.error = seen.pop("error", one.row.error)
+        one.row.more["measures"] |= seen
     if not math.isfinite(one.row.error):
         one.row.note, one.row.error = "not finite at the end", None
         return None

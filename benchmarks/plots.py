@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.smooth.front import Row, counted, error, front, is_ours
+from benchmarks.front import Row, counted, error, front, is_ours
 
 SMALLEST = 1e-17  # where an error of 0 is drawn
 OURS = {
@@ -33,6 +33,13 @@ PEERS = {
     "SciPy LSODA": "#bcaaa4",
     "SciPy BDF": "#a1887f",
     "MuJoCo RK4": "#6a4c93",
+    "MuJoCo tuned": "#6a4c93",
+    "MuJoCo default": "#b392ac",
+    "Rapier default": "#90be6d",
+    "Rapier tuned": "#2d6a4f",
+    "DART default": "#d4a373",
+    "DART tuned": "#8d6e63",
+    "plain loop by hand": "#000000",
     "MuJoCo Euler": "#b392ac",
     "PyBullet default": "#adb5bd",
     "PyBullet tuned": "#495057",
@@ -98,6 +105,8 @@ def _curve(
 def _front(panel: Any, rows: list[Row]) -> None:
     """What nobody beats, as steps from the upper to the right edge."""
     best = front(rows)
+    if not best:
+        return
     (left, right), (low, high) = panel.get_xlim(), panel.get_ylim()
     times, errors = [row["seconds"] for row in best], [max(error(row), SMALLEST) for row in best]
     panel.step(
