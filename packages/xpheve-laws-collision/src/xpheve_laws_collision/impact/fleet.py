@@ -76,10 +76,17 @@ class Fleet:
         other = self.members.decide(world, heard)
         if other:
             self.server.broad_phase.forget()
+            self._take_over()
             for obj in world.bodies.objects:
                 self._replan(obj)
         elif restructured:
             self.forget_scenery()
+
+    def _take_over(self) -> None:
+        """Void what the server has queued for pairs that fly from now on."""
+        queued = self.server.queued
+        for pair in [pair for pair in queued if all(map(self.flies, pair))]:
+            queued.pop(pair).alive = False
 
     def _replan(self, obj: PhysicalObject) -> None:
         number = int(self.world.bodies.batch[obj._row])
