@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from xpheve.compile import assemble, compiled, interpreted
+from xpheve.compile import assemble, compiled
 from xpheve.errors import ContactError
 from xpheve.kernels import response
 from xpheve.kernels.clock import NEVER, Instant
@@ -118,11 +118,6 @@ class Counts(NamedTuple):
     crossings: int
     evaluations: list[int]
     work: list[float]
-
-
-@lru_cache(maxsize=16)
-def _interpreted_text(text: str, files: tuple[tuple[str, str], ...], solids: bool) -> str:
-    return assemble(f"{text}\n\n{SOLIDS[solids]}{ENTRY}", {**FILES, **dict(files)}, declared=DECLARED)
 
 
 @lru_cache(maxsize=2)
@@ -390,8 +385,9 @@ class ImpactLoop:
     def _make(self) -> None:
         responses = self.responses
         if not self.compiled:
-            text = _interpreted_text(responses.text, tuple(sorted(responses.files.items())), self._solids)
-            self._kernel = interpreted(text, what="impact loop")
+            from xpheve_laws_collision.impact.as_files import AsFiles
+
+            self._kernel = AsFiles(responses.text, dict(responses.files), self._solids)
             return
         text = assemble(responses.text + "\n\n" + RESPOND, responses.files)
         self._linked = compiled(text, what="answers of collision laws")

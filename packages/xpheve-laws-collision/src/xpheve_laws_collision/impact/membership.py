@@ -12,7 +12,7 @@ from xpheve.objects import PhysicalObject
 
 SCENERY = ("sphere", "plane", "box", "capsule")
 """Fixed shapes that the loop knows."""
-FEW = 32
+FEW = 1
 """Moving bodies of a set from which on it flies in the loop unasked."""
 MOST_LAWS = 62
 """Bits of a mask."""
