@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import xpheve as xp
 from xpheve.errors import InvalidValueError, LawDefinitionError, SceneError
-from xpheve.plan.periodic import near_image, shortest, shortest_rows, wrap_rows, wrapped
+from xpheve.periodic import near_image, shortest, shortest_rows, wrap_rows, wrapped
 from xpheve.record import Record
 from xpheve.scene import dumps, loads
 

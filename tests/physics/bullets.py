@@ -89,6 +89,8 @@ class Body:
     spin: Any = (0.0, 0.0, 0.0)
     fixed: bool = False
     mass: float = 1.0
+    driven: bool = False
+    """Whether a hand moves it."""
 
     def made(self) -> xp.PhysicalObject:
         """The engine's object."""
@@ -180,7 +182,7 @@ def gap(a: Body, b: Body, t: Any, n: Numbers) -> Any:
     """Distance [m] of the surfaces of two bodies that are apart."""
     kinds = (a.shape.kind, b.shape.kind)
     ball = n.number(a.shape.radius) if hasattr(a.shape, "radius") else n.number(0)
-    if kinds[1] == "plane" or (kinds[0] != "sphere" and kinds[1] == "box"):
+    if is_face(a, b):
         # Of a wall only the one large face is met.
         outward = n.vector(b.shape.normal) if kinds[1] == "plane" else b.arrow((1.0, 0.0, 0.0), t, n)
         thick = n.number(0) if kinds[1] == "plane" else n.number(b.shape.size[0]) / 2
@@ -201,17 +203,21 @@ def gap(a: Body, b: Body, t: Any, n: Numbers) -> Any:
     return to_box(b.centre(t, n), a, t, n) - n.number(b.shape.radius)
 
 
-def reach(body: Body) -> float:
-    return math.inf if body.shape.kind == "plane" else float(body.shape.reach)
+def is_face(a: Body, b: Body) -> bool:
+    """Whether of the second one plane face is met, large beside all else."""
+    return b.shape.kind == "plane" or (a.shape.kind != "sphere" and b.shape.kind == "box")
 
 
 def close_by(a: Body, b: Body, until: float) -> tuple[float, float]:
-    """Times between which the bounding balls overlap."""
-    far = reach(a) + reach(b)
-    if not far < math.inf:
-        return 0.0, until
+    """Times between which the bounding balls overlap, or the ball about the first is at the face of the second."""
     d = np.array(b.position, dtype=float) - np.array(a.position, dtype=float)
     v = np.array(b.velocity, dtype=float) - np.array(a.velocity, dtype=float)
+    if is_face(a, b):
+        plane = b.shape.kind == "plane"
+        n = np.array(b.shape.normal if plane else b.arrow((1.0, 0.0, 0.0), 0.0, FLOATS))
+        height, speed = -float(n @ d) - (0.0 if plane else 0.5 * b.shape.size[0]), float(n @ v)
+        return max(0.0, (height - a.shape.reach) / speed), min(until, (height + a.shape.reach) / speed)
+    far = a.shape.reach + b.shape.reach
     middle, speed = -float(d @ v), float(v @ v)
     inside = middle * middle - speed * (float(d @ d) - far * far)
     if inside <= 0.0:
@@ -296,9 +302,9 @@ def facing(normal: Any, rng: np.random.Generator) -> Any:
 
 STRIKERS = ("sphere", "sphere", "sphere", "capsule", "capsule", "box")
 TARGETS = {
-    "sphere": ("plane", "sphere", "plate", "capsule", "wall", "spun plate"),
-    "capsule": ("plane", "sphere", "capsule", "wall"),
-    "box": ("plane", "sphere", "wall"),
+    "sphere": ("plane", "sphere", "plate", "capsule", "wall", "driven wall", "spun plate"),
+    "capsule": ("plane", "sphere", "capsule", "wall", "driven wall"),
+    "box": ("plane", "sphere", "wall", "driven wall"),
 }
 
 
@@ -319,7 +325,7 @@ def case(number: int) -> tuple[Body, Body, float]:
     target = _target(TARGETS[kind][int(rng.integers(len(TARGETS[kind])))], direction, size, speed, rng)
     distance = float(10.0 ** rng.uniform(0.5, 3.0)) * (size + 0.1)
     time = distance / speed
-    aside = np.cross(direction, unit(rng)) * size * float(rng.uniform(0.0, 1.6))
+    aside = np.cross(direction, unit(rng)) * size * float(rng.uniform(0.0, 2.5))
     goal = np.array(target.position) + np.array(target.velocity) * time + aside
     striker = Body(shape, goal - direction * distance, direction * speed, quaternion(rng), spin)
     return striker, target, time
@@ -336,11 +342,15 @@ def _target(name: str, direction: Any, size: float, speed: float, rng: np.random
         return Body(xp.Sphere(float(rng.uniform(0.3, 3.0)) * size), middle, unit(rng) * speed * 0.1, mass=2.0)
     if name == "capsule":
         shape = xp.Capsule(float(rng.uniform(0.2, 1.0)) * size, float(rng.uniform(1.0, 6.0)) * size)
-        return Body(shape, middle, unit(rng) * speed * 0.1, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5)))
+        return Body(
+            shape, middle, unit(rng) * speed * 0.1, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5))
+        )
     if name == "plate":
         return Body(xp.Box((1e-3, 4.0 * size, 3.0 * size)), middle, still, quaternion(rng), fixed=True)
     if name == "spun plate":
         shape = xp.Box((3.0 * size, 3.0 * size, 0.05 * size))
-        return Body(shape, middle, unit(rng) * speed * 0.05, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5)))
+        return Body(
+            shape, middle, unit(rng) * speed * 0.05, quaternion(rng), unit(rng) * float(10.0 ** rng.uniform(0.0, 2.5))
+        )
     shape = xp.Box((0.02, 1e3 * (size + 0.1), 1e3 * (size + 0.1)))
-    return Body(shape, middle, unit(rng) * speed * 0.3, facing(lean, rng), mass=1e6)
+    return Body(shape, middle, unit(rng) * speed * 0.3, facing(lean, rng), mass=1e6, driven=name == "driven wall")

@@ -109,6 +109,16 @@ def test_a_pack_may_import_math_and_kernels(tmp_path: Path) -> None:
     assert run("def entry(f, n):\n    f[1][0] = lift__f(f[0][0])\n    return 0\n", files, 4.0) == math.inf
 
 
+def test_kernel_files_of_a_pack_import_each_other_if_all_are_named(tmp_path: Path) -> None:
+    files = pack_file(tmp_path, "TWO = 2.0\ndef twice(x):\n    return TWO * x\n", "basis.py")
+    files |= pack_file(tmp_path, "from some_pack.shapes.basis import twice\ndef up(x):\n    return twice(x) + 1.0\n")
+    body = "def entry(f, n):\n    f[0][0] = lift__up(f[0][0])\n    return 0\n"
+    given = np.array([3.0])
+    assert interpreted(assemble(body, files))([given], [np.zeros(1, dtype=np.int64)]) == 0 and given[0] == 7.0
+    with pytest.raises(CompileError, match="named with it"):
+        assemble(body, {"lift": files["lift"]})
+
+
 @pytest.mark.parametrize(
     ("text", "line", "says"),
     [
@@ -159,3 +169,23 @@ def test_every_process_makes_the_same_text(process: Callable[..., subprocess.Com
     script = f"from xpheve.compile import assemble\nprint(assemble({BODY!r}), end='')"
     texts = {process(script, PYTHONHASHSEED=seed).stdout for seed in ("1", "2")}
     assert texts == {assemble(BODY)}
+
+
+def test_kernel_files_of_a_pack_may_call_what_the_text_defines(tmp_path: Path) -> None:
+    (tmp_path / "asker.py").write_text(
+        "from __future__ import annotations\nfrom typing import Any\nfrom pack.declared import answer\n\n"
+        "def ask(f: Any) -> float:\n    return 2.0 * answer(f)\n"
+    )
+    files = {"asker": str(tmp_path / "asker.py")}
+    body = "def answer(f):\n    return f[0][0]\n\ndef entry(f, n):\n    f[0][1] = asker__ask(f)\n    return 0\n"
+    numbers = np.array([3.0, 0.0])
+    interpreted(assemble(body, files, declared=("answer",)))([numbers], [])
+    assert numbers[1] == 6.0
+    with pytest.raises(CompileError, match=r"pack\.declared"):
+        assemble(body, files)
+
+
+def test_what_typing_gives_is_for_annotations_only(tmp_path: Path) -> None:
+    (tmp_path / "caster.py").write_text("from typing import cast\n\ndef f(x):\n    return cast(float, x)\n")
+    with pytest.raises(CompileError, match="cast"):
+        assemble("def entry(f, n):\n    return caster__f(1.0)\n", {"caster": str(tmp_path / "caster.py")})

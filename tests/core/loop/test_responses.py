@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import xpheve as xp
 import xpheve_laws_collision as collision
@@ -54,12 +56,11 @@ class Plain(ResponseLaw):
     """What a newcomer writes."""
 
     id = "test:plain"
-    columns = {"bounce": Column(math.nan, ge=0, le=1)}
+    columns: ClassVar[dict[str, Column]] = {"bounce": Column(math.nan, ge=0, le=1)}
     limit = xp.Param(2.0, unit="m/s")
     soft = xp.Param(False)
     mode = xp.Param("slow", choices=("slow", "fast"))
     wind = xp.Param((1.0, -2.0, 0.5), unit="m/s")
-    least = xp.Param(None, unit="m/s", optional=True) if "optional" in xp.Param.__init__.__code__.co_varnames else None
 
     def respond(self, contact: Contact) -> float:
         v = contact.approach_speed
@@ -94,6 +95,23 @@ def test_a_changed_parameter_is_a_changed_number_and_no_other_text() -> None:
     fused.table, _ = fused.responses.parameters()
     for contact in contacts(law, fused.responses.columns, 20):
         assert same(python_answer(law, contact), fused.ask(contact))
+
+
+def test_a_changed_choice_is_another_text() -> None:
+    law = Plain()
+    responses = Responses([law])
+    law.set_parameter("limit", 0.25)
+    assert responses.current
+    law.set_parameter("mode", "fast")
+    assert not responses.current
+
+
+def test_values_for_pairs_are_looked_up_in_python() -> None:
+    law = collision.Elastic()
+    responses = Responses([law])
+    law.put_pairs({frozenset(): {"restitution": 0.5}})
+    assert not responses.current
+    assert "single pairs" in Responses([law]).why(law)
 
 
 class Coulomb(ResponseLaw):
@@ -140,7 +158,7 @@ class Everything(ResponseLaw):
     """All that a contact and its bodies have."""
 
     id = "test:everything"
-    columns = {"heat": Column(300.0, unit="K", gt=0)}
+    columns: ClassVar[dict[str, Column]] = {"heat": Column(300.0, unit="K", gt=0)}
 
     def respond(self, contact: Contact) -> Velocities:
         a, b = contact.body_a, contact.body_b
@@ -181,6 +199,17 @@ def test_a_speed_that_is_none_is_left_to_python(answer: float) -> None:
             return answer * contact.approach_speed
 
     assert agree(Wrong(), asks=60).ask(next(contacts(Wrong(), (), 1)))[0] == layout.ASK
+
+
+def test_a_mass_that_is_not_known_is_asked_for() -> None:
+    def respond(self: Any, contact: Contact) -> float:
+        return contact.approach_speed / (1.0 + 1.0 / contact.body_b.mass)
+
+    fused = Fused(_law(respond))
+    scratch = scratch_of(next(contacts(fused.responses.laws[0], (), 1)), ())
+    for mass, kind in ((2.0, layout.SPEED), (math.inf, layout.ASK), (math.nan, layout.ASK)):
+        scratch[layout.BODY_B + layout.MASS] = mass
+        assert fused.run([scratch, fused.table], [np.zeros(3, dtype=np.int64)]) == kind
 
 
 class Rare(ResponseLaw):
@@ -224,6 +253,8 @@ def test_of_too_many_ways_the_rest_is_left_to_python() -> None:
 
 
 class Parent(ResponseLaw):
+    """Methods of all kinds."""
+
     id = "test:parent"
     e = xp.Param(0.5, unit="1")
 
@@ -240,6 +271,8 @@ class Parent(ResponseLaw):
 
 
 class Child(Parent):
+    """What calls its parent."""
+
     id = "test:child"
 
     def respond(self, contact: Contact) -> float:
@@ -492,3 +525,73 @@ def test_no_laws_are_a_text_too() -> None:
 def test_the_same_laws_give_the_same_text() -> None:
     laws = [collision.Elastic(), Plain(), Coulomb(), Rare()]
     assert Responses(laws).text == Responses(laws).text
+
+
+# Any law at all
+
+NUMBER_LEAVES = [
+    "contact.approach_speed",
+    "contact.separation",
+    "contact.normal[1]",
+    "contact.body_a.velocity[0]",
+    "contact.body_b.angular_velocity[2]",
+    "contact.body_b.mass",
+    "contact.body_a['own']",
+    "self.e",
+    "0.0",
+    "2.0",
+    "-0.75",
+]
+
+
+def _two(numbers: st.SearchStrategy[str]) -> st.SearchStrategy[tuple[str, str]]:
+    return st.tuples(numbers, numbers)
+
+
+def _larger(numbers: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    truths = st.one_of(
+        _two(numbers).flatmap(
+            lambda ab: st.sampled_from([f"{ab[0]} {sign} {ab[1]}" for sign in ("<", "<=", "==", "!=")])
+        ),
+        st.sampled_from(["contact.body_a.fixed", "math.isnan(contact.body_a['own'])"]),
+        _two(numbers).map(lambda ab: f"{ab[0]} < 1.0 and not {ab[1]} > 2.0"),
+    )
+    return st.one_of(
+        _two(numbers).flatmap(lambda ab: st.sampled_from([f"({ab[0]} {sign} {ab[1]})" for sign in "+-*/"])),
+        _two(numbers).flatmap(
+            lambda ab: st.sampled_from([f"{name}({ab[0]}, {ab[1]})" for name in ("min", "max", "chosen")])
+        ),
+        numbers.map(lambda a: f"math.sqrt({a})"),
+        numbers.map(lambda a: f"abs({a})"),
+        _two(numbers).map(lambda ab: f"sum([{ab[0]}, {ab[1]}, 0.5])"),
+        st.tuples(numbers, truths, numbers).map(lambda abc: f"({abc[0]} if {abc[1]} else {abc[2]})"),
+        st.tuples(truths, numbers, numbers).map(lambda abc: f"xp.where({abc[0]}, {abc[1]}, {abc[2]})"),
+    )
+
+
+def chosen(a: Any, b: Any) -> Any:
+    """A function of somebody's own, with decisions."""
+    if a > b:
+        return a - b
+    return 0.5 * (a + b) if a > 0.0 else b
+
+
+@settings(max_examples=40)
+@given(st.lists(st.recursive(st.sampled_from(NUMBER_LEAVES), _larger, max_leaves=12), min_size=1, max_size=3))
+def test_whatever_somebody_writes_it_answers_as_in_python_or_asks(parts: list[str]) -> None:
+    lines = [f"        if {part} > 0.3:\n            return {part}" for part in parts[1:]]
+    text = "\n".join(["def respond(self, contact):", *lines, f"        return abs({parts[0]})"]).replace(
+        "        ", "    ", 1
+    )
+    text = text.replace("\n        ", "\n    ")
+    space: dict[str, Any] = {"math": math, "xp": xp, "chosen": chosen, "__name__": __name__}
+    exec(text, space)
+    law = _law(space["respond"], e=xp.Param(0.6, unit="1"), columns={"own": Column(math.nan)})
+    with np.errstate(all="ignore"):
+        fused = Fused(law)
+        if fused.responses.why(law):
+            assert "raised" in fused.responses.why(law)  # whatever is given, Python refuses
+            return
+        for contact in contacts(law, fused.responses.columns, 25, seed=5):
+            expected, found = python_answer(law, contact), fused.ask(contact)
+            assert found[0] == layout.ASK or same(expected, found), text

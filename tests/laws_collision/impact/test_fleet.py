@@ -25,7 +25,7 @@ def after(stepper: str, change: Change | None = None, until: float = 1.0, **scen
 
 
 def served_by(engine: xp.PhysicsEngine) -> set[str]:
-    return {one["stepper"] for one in engine.explain().data["batches"]}
+    return {one["stepper"] for one in engine.explain().data["groups"]}
 
 
 def test_many_balls_fly_by_the_loop_and_explain_says_so() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 
 import xpheve as xp
@@ -30,6 +31,7 @@ SHAPES: dict[str, Any] = {
 SOLID = sorted(SHAPES.keys() - {"mesh", "plane"})
 BOUNDED = sorted(SHAPES.keys() - {"plane"})
 
+few = settings(max_examples=25)
 unit = st.floats(-1, 1).map(lambda x: x if abs(x) > 1e-6 else 0.0)
 vectors = st.tuples(unit, unit, unit)
 directions = vectors.filter(lambda v: np.linalg.norm(v) > 0.1)

@@ -34,4 +34,6 @@ def test_boxes_at_one_place_are_no_trouble() -> None:
 def test_a_ray_in_the_face_of_a_box_meets_it() -> None:
     one, unit = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]])
     assert meets(one, inverses(unit), np.array([9.0]), np.array([[1.0, 0.0, -1.0]]), np.array([[2.0, 1.0, 1.0]])).all()
-    assert not meets(one, inverses(unit), np.array([9.0]), np.array([[1.0, 0.1, -1.0]]), np.array([[2.0, 1.0, 1.0]])).any()
+    assert not meets(
+        one, inverses(unit), np.array([9.0]), np.array([[1.0, 0.1, -1.0]]), np.array([[2.0, 1.0, 1.0]])
+    ).any()

@@ -5,6 +5,7 @@ Nothing here decides an outcome: a pair that is named too often costs a predicti
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from numpy.typing import NDArray
 
 from xpheve.kernels.clock import Instant
 from xpheve.laws.response import ALL_GROUPS
+from xpheve_laws_collision.what_is_ahead import SLACK, WhatIsAhead, extremes, plane_facts
 
 Rows = NDArray[np.int64]
 Array = NDArray[np.float64]
 
-SLACK = 1e-9  # of all lengths at hand: far above the rounding of the filter, far below what it could cost
 MANY = 48  # from this many moving bodies on, pairs are found window by window
 USUAL = (1, int(ALL_GROUPS))  # collision group and mask of bodies that were given none
+FAR = 1e140  # [m] the squares of lengths up to this have a sum
+BULLETS = 16  # so many bodies may be far faster than the others
 PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
@@ -29,6 +32,7 @@ class BroadPhase:
         self.world = world
         self._structure = -1
         self._change = -1
+        self.fixed = WhatIsAhead(self)
         self._numbers: dict[Any, int] = {}
         self._stale = True
         self._rows: Rows = np.zeros(0, dtype=np.int64)
@@ -42,17 +46,17 @@ class BroadPhase:
         self._grouped = 0
         """How many rows have others than the usual ones."""
         self._bounded: NDArray[np.bool_] = np.zeros(0, dtype=bool)
-        self._radius: Array = np.zeros(0)
-        self._acceleration: Array = np.zeros((3, 0))
+        self.radii: Array = np.zeros(0)
+        self.accelerations: Array = np.zeros((3, 0))
 
     def gather(self, laws_of: Any, rows: Any) -> None:
         """Take up what ``rows`` hold; all rows if laws, containers or mapping changed. ``laws_of(obj)`` are those that hear contacts."""
         world = self.world
         if len(self._mask) < world.bodies.count:
             size = world.bodies.capacity
-            self._mask, self._bounded, self._radius = (
+            self._mask, self._bounded, self.radii = (
                 np.concatenate([old, np.zeros(size - len(old), dtype=old.dtype)])
-                for old in (self._mask, self._bounded, self._radius)
+                for old in (self._mask, self._bounded, self.radii)
             )
             usual = np.tile(np.array(USUAL, dtype=np.uint64)[:, None], size - self._groups.shape[1])
             self._groups = np.concatenate([self._groups, usual], axis=1)
@@ -79,7 +83,7 @@ class BroadPhase:
         own = obj._columns
         groups = (int(own.get("group", USUAL[0])), int(own.get("mask", USUAL[1]))) if own else USUAL
         self._put_groups(row, groups)
-        self._mask[row], self._bounded[row], self._radius[row] = mask, bounded, radius
+        self._mask[row], self._bounded[row], self.radii[row] = mask, bounded, radius
 
     def _put_groups(self, row: int, groups: tuple[int, int]) -> None:
         held = (int(self._groups[0, row]), int(self._groups[1, row]))
@@ -87,7 +91,7 @@ class BroadPhase:
             self._grouped += (groups != USUAL) - (held != USUAL)
             self._groups[:, row] = groups
 
-    def _joint(self, i: Any, j: Any) -> NDArray[np.bool_]:
+    def joint(self, i: Any, j: Any) -> NDArray[np.bool_]:
         """Whether rows ``i`` and ``j`` have a law in common, and are in groups that meet."""
         found: NDArray[np.bool_] = (self._mask[i] & self._mask[j]) != 0
         if self._grouped:
@@ -101,7 +105,7 @@ class BroadPhase:
     def removed(self, obj: Any, row: int, moved: int) -> None:
         """Row ``row`` has what row ``moved`` had."""
         if moved < len(self._mask):
-            for array in (self._mask, self._bounded, self._radius):
+            for array in (self._mask, self._bounded, self.radii):
                 array[row] = array[moved]
             self._mask[moved] = 0
             self._put_groups(row, (int(self._groups[0, moved]), int(self._groups[1, moved])))
@@ -125,17 +129,17 @@ class BroadPhase:
         """How many of them move."""
         return self._moving if len(self.rows) else 0
 
-    def _flights(self) -> bool:
+    def knows_flights(self) -> bool:
         """Gather accelerations anew if rows changed; False if a stepper's flights are not known as arrays."""
         bodies = self.world.bodies
-        if self._change == bodies.change and self._acceleration.shape[1] == bodies.count:
+        if self._change == bodies.change and self.accelerations.shape[1] == bodies.count:
             return True
-        self._acceleration = np.zeros((3, bodies.count))
+        self.accelerations = np.zeros((3, bodies.count))
         for batch in self.world.batches:
             if batch.state.count:
                 if "acceleration" not in batch.state.arrays:
                     return False
-                self._acceleration[:, batch.state.rows] = batch.state.arrays["acceleration"]
+                self.accelerations[:, batch.state.rows] = batch.state.arrays["acceleration"]
         self._change = bodies.change
         return True
 
@@ -143,20 +147,20 @@ class BroadPhase:
         """Positions, velocities and accelerations of ``rows`` at ``t``, (3, rows)."""
         bodies = self.world.bodies
         s = (t[0] - bodies.clock[0, rows]) + (t[1] - bodies.clock[1, rows])
-        x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], self._acceleration[:, rows]
+        x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], self.accelerations[:, rows]
         return x + s * (v + 0.5 * s * a), v + s * a, a
 
-    def near(self, row: int, horizon: float) -> Rows:
-        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base."""
+    def near(self, row: int, horizon: float, fixed: bool = True) -> Rows:
+        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base; those that move only, if not ``fixed``."""
         n = self.world.bodies.count
-        joint = self._joint(slice(0, n), row)
+        joint = self.joint(slice(0, n), row)
         joint &= self._bounded[:n]
         joint[row] = False
-        if self.world.bodies.fixed[row]:
+        if not fixed or self.world.bodies.fixed[row]:
             joint &= ~self.world.bodies.fixed[:n]
         crowded = 2 * int(np.count_nonzero(joint)) > n
         which: slice | Rows = slice(0, n) if crowded else np.flatnonzero(joint)
-        if (n if crowded else len(which)) < 12 or not self._flights():  # type: ignore[arg-type]
+        if (n if crowded else len(which)) < 12 or not self.knows_flights():  # type: ignore[arg-type]
             return np.flatnonzero(joint)
         far = self._out_of_reach(row, which, horizon)
         if crowded:
@@ -172,26 +176,28 @@ class BroadPhase:
         shared = len(late) > 0 and bool((late == late[0]).all())
         since: Any = float(late[0]) if shared else late  # one number where all were re-based together
         behind, ahead = np.maximum(-since, 0.0), np.maximum(since, 0.0)
-        x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self._acceleration
+        x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self.accelerations
         gap2: Any = 0.0
         closing: Any = 0.0
         speed2: Any = 0.0
         bend2: Any = 0.0
         size = 0.0
-        for k in range(3):  # a component at a time: its arrays stay in the cache, and are not fresh pages each time
-            own_x = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
-            d = x[k, which] + behind * (v[k, which] + (0.5 * behind) * a[k, which]) - own_x
-            w = v[k, which] + behind * a[k, which] - (v[k, row] + ahead * a[k, row])
-            bend = a[k, which] - a[k, row]
-            gap2, speed2, bend2 = gap2 + d * d, speed2 + w * w, bend2 + bend * bend
-            closing = closing - d * w
-            size = max(size, float(d.max()), float(-d.min())) + 2.0 * abs(float(x[k, row]))
-        radius = self._radius[: bodies.count][which]
-        reach = self._radius[row] + radius + SLACK * (1e-3 * size + radius)
-        bent = bend2 > 0.0
-        if bent.any():
-            reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(
+            all="ignore"
+        ):  # what is beyond floats is infinite or no number here, and then not out of reach
+            for k in range(3):  # a component at a time: its arrays stay in the cache, and are not fresh pages each time
+                own_x = x[k, row] + ahead * (v[k, row] + 0.5 * ahead * a[k, row])
+                d = x[k, which] + behind * (v[k, which] + (0.5 * behind) * a[k, which]) - own_x
+                w = v[k, which] + behind * a[k, which] - (v[k, row] + ahead * a[k, row])
+                bend = a[k, which] - a[k, row]
+                gap2, speed2, bend2 = gap2 + d * d, speed2 + w * w, bend2 + bend * bend
+                closing = closing - d * w
+                size = max(size, float(d.max()), float(-d.min())) + 2.0 * abs(float(x[k, row]))
+            radius = self.radii[: bodies.count][which]
+            reach = self.radii[row] + radius + SLACK * (1e-3 * size + radius)
+            bent = bend2 > 0.0
+            if bent.any():
+                reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
             far: NDArray[np.bool_] = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2
@@ -199,22 +205,21 @@ class BroadPhase:
 
     def window(self) -> float:
         """A length [s] of time in which bodies fly a part of the way to their neighbours."""
-        if not self._flights() or not len(self.rows):
+        if not self.knows_flights() or not len(self.rows):
             return np.inf
         x, v, a = self._at(self.rows, self.world.time)
         moving = ~self.world.bodies.fixed[self.rows]
         extent = np.ptp(x, axis=1)
         spread = np.maximum(extent, extent.max() * 1e-3)
-        spacing = PART * max(float(np.prod(spread / len(self.rows) ** (1 / 3)) ** (1 / 3)), float(self._radius.max()))
-        speed, bend = (
-            float(np.sqrt(((one[:, moving] - one[:, moving].mean(axis=1, keepdims=True)) ** 2).sum(axis=0).mean()))
-            for one in (v, a)
-        )
-        times = [spacing / speed if speed else np.inf, np.sqrt(2 * spacing / bend) if bend else np.inf]
-        falling = [float(np.sqrt((one[:, moving] ** 2).sum(axis=0).mean())) for one in (v, a)]
+        with np.errstate(over="ignore"):
+            distance = max(float(np.prod(spread ** (1 / 3)) / len(self.rows) ** (1 / 3)), float(self.radii.max()))
+        spacing = PART * distance
+        speeds, bends = (_sizes(one[:, moving] - _common(one[:, moving])) for one in (v, a))
+        times = [_window(speeds, distance), math.sqrt(2.0 * _window(bends, distance))]
+        falling = [float(np.median(_sizes(one[:, moving]))) for one in (v, a)]
         if self.planes:
             times += [8 * spacing / falling[0] if falling[0] else np.inf]
-            times += [np.sqrt(16 * spacing / falling[1]) if falling[1] else np.inf]
+            times += [math.sqrt(16 * spacing / falling[1]) if falling[1] else np.inf]
         return min(times)
 
     def sweep(self, span: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]] | None:
@@ -222,19 +227,19 @@ class BroadPhase:
 
         Boxes about the paths, seen from the mean motion (which changes no pair's relative motion), sorted along one axis.
         """
-        if not self._flights():
+        if not self.knows_flights():
             return None
         rows = self.rows
         x, v, a = self._at(rows, self.world.time)
         moving = ~self.world.bodies.fixed[rows]
         pairs_of_planes = self._near_planes(x, v, a, moving, span)
         if moving.all():
-            v = v - v.mean(axis=1, keepdims=True)
-            a = a - a.mean(axis=1, keepdims=True)
-        low, high = _bounds(x, v, a, span)
-        margin = self._radius[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+            v = v - _common(v)
+            a = a - _common(a)
+        low, high = extremes(x, v, a, span)
+        margin = self.radii[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
         low, high = low - margin, high + margin
-        k = int(np.argmax((low + high).std(axis=1) / np.maximum((high - low).mean(axis=1), 1e-300)))
+        k = _best_axis(low, high)
         order = np.argsort(low[k], kind="stable")
         low, high, moving, rows = low[:, order], high[:, order], moving[order], rows[order]
         last = np.searchsorted(low[k], high[k], side="right")
@@ -252,35 +257,56 @@ class BroadPhase:
                 if axis != k:
                     keep &= (low[axis, first] <= high[axis, second]) & (low[axis, second] <= high[axis, first])
             i, j = rows[first[keep]], rows[second[keep]]
-            joint = self._joint(i, j)
+            joint = self.joint(i, j)
             found += zip(i[joint].tolist(), j[joint].tolist(), strict=True)
         return found, pairs_of_planes
 
     def _near_planes(self, x: Array, v: Array, a: Array, moving: Any, span: float) -> list[tuple[int, int]]:
         found: list[tuple[int, int]] = []
         for number, plane in enumerate(self.planes):
-            normal, level = _plane(self.world, plane)
-            low, _ = _bounds((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
-            reach = level + self._radius[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
-            joint = self._joint(self.rows, plane._row)
+            normal, level = plane_facts(self.world, plane)
+            low, _ = extremes((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
+            reach = level + self.radii[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+            joint = self.joint(self.rows, plane._row)
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
         return found
 
 
-def _bounds(x: Array, v: Array, a: Array, span: float) -> tuple[Array, Array]:
-    """Least and greatest x + s v + s^2 a / 2 for s from 0 to ``span``."""
-    end = x + span * (v + 0.5 * span * a)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turn = np.clip(np.where(a != 0.0, -v / a, 0.0), 0.0, span)
-    extreme = x + turn * (v + 0.5 * turn * a)
-    return np.minimum(np.minimum(x, end), extreme), np.maximum(np.maximum(x, end), extreme)
+def _best_axis(low: Array, high: Array) -> int:
+    """The axis along which boxes are spread most, beside their widths; lengths beyond `FAR` count as that."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        middles, widths = np.clip(low + high, -FAR, FAR), np.clip(high - low, 1e-300, FAR)
+    return int(np.argmax(np.nan_to_num(middles).std(axis=1) / widths.mean(axis=1)))
 
 
-def _plane(world: Any, plane: Any) -> tuple[Array, float]:
-    """Outward normal and level of a plane in the world."""
-    from xpheve.kernels.quaternion import rotate
+def _common(vectors: Array) -> Array:
+    """The motion (3, 1) that most of ``vectors`` (3, n) have in common: the median, which one that is 1e12 times as fast does not move."""
+    middle: Array = np.median(vectors, axis=1, keepdims=True)
+    return middle
 
-    row = plane._row
-    given = plane.shape.normal or world.up_vector
-    normal = np.array(rotate(world.bodies.get("orientation", row), given))
-    return normal, float(normal @ np.array(world.bodies.get("position", row))) + plane.shape.offset
+
+def _sizes(vectors: Array) -> Array:
+    """Lengths (n,) of vectors (3, n), infinite where no float holds them."""
+    with np.errstate(over="ignore"):
+        lengths: Array = np.hypot(np.hypot(vectors[0], vectors[1]), vectors[2])
+    return lengths
+
+
+def _window(rates: Array, distance: float) -> float:
+    """The time in which bodies go `PART` of the mean ``distance`` between them, on average.
+
+    Up to `BULLETS` that are far faster than the others count little: each may pass all others in a window, which costs a prediction
+    for each, where windows as short as it asks for would never end.
+    """
+    ordered = np.sort(rates)[::-1]
+    count = len(ordered)
+    cap = PART * count / (BULLETS + 1)  # distances that one body counts at most
+    with np.errstate(over="ignore", invalid="ignore"):
+        rest = np.append(np.cumsum(ordered[::-1])[::-1], 0.0)  # of those from the k-th on
+    for fast in range(min(BULLETS, count) + 1):
+        if rest[fast] == 0.0:
+            return math.inf
+        span = distance * (PART * count - fast * cap) / float(rest[fast])
+        if fast == count or float(ordered[fast]) * span <= cap * distance:
+            return span
+    return span

@@ -6,22 +6,15 @@ Source and proof that energy never rises: see `rubbing`, which solves any number
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
+import xpheve as xp
 from xpheve.kernels.quaternion import Quat, rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, add, cross, dot, scale, sub
 from xpheve.laws import Contact
 from xpheve.objects import PhysicalObject
-from xpheve_laws_collision.mass import inverse_mass
 
-
-class Side(NamedTuple):
-    """One body of a contact: 1/m [1/kg], principal moments [kg m^2], orientation, and the arm [m] from its centre to the contact."""
-
-    weight: float
-    moments: Vec
-    orientation: Quat
-    arm: Vec
+Side = tuple[float, Vec, Quat, Vec]
+"""One body of a contact: 1/m [1/kg], 1/I [1/(kg m^2)] along its principal axes, orientation, and the arm [m] to the contact."""
 
 
 def touching_impulse(contact: Contact, restitution: float, friction: float | None, tangential: float) -> Vec:
@@ -43,12 +36,23 @@ def touching_impulse(contact: Contact, restitution: float, friction: float | Non
 
 
 def _side(obj: PhysicalObject, contact: Contact) -> Side:
-    return Side(inverse_mass(obj), obj.inertia, obj.orientation, sub(contact.point, obj.position))
+    still = obj.fixed | obj.driven
+    a, b, c = obj.inertia
+    weight = xp.where(still, 0.0, 1.0 / obj.mass)
+    turns = (_inverse(a, still), _inverse(b, still), _inverse(c, still))
+    return weight, turns, obj.orientation, sub(contact.point, obj.position)
+
+
+def _inverse(moment: float, still: bool) -> float:
+    """1 / moment; 0 for what no impulse turns. Both sides of a choice are computed, so that nothing branches."""
+    turns = moment > 0.0
+    found: float = xp.where(still, 0.0, xp.where(turns, 1.0 / xp.where(turns, moment, 1.0), 0.0))
+    return found
 
 
 def _speed(obj: PhysicalObject, side: Side) -> Vec:
     """Velocity [m/s] of the body at the contact."""
-    return add(obj.velocity, cross(obj.angular_velocity, side.arm))
+    return add(obj.velocity, cross(obj.angular_velocity, side[3]))
 
 
 def _moved(one: Side, two: Side, impulse: Vec) -> Vec:
@@ -57,15 +61,10 @@ def _moved(one: Side, two: Side, impulse: Vec) -> Vec:
 
 
 def _moved_alone(side: Side, impulse: Vec) -> Vec:
-    if side.weight == 0.0:
-        return (0.0, 0.0, 0.0)
-    straight = scale(impulse, side.weight)
-    a, b, c = side.moments
-    if a == 0.0:  # a point: then all three are 0
-        return straight
-    twist = rotate_inverse(side.orientation, cross(side.arm, impulse))
-    spin = rotate(side.orientation, (twist[0] / a, twist[1] / b, twist[2] / c))
-    return add(straight, cross(spin, side.arm))
+    weight, turns, orientation, arm = side
+    twist = rotate_inverse(orientation, cross(arm, impulse))
+    spin = rotate(orientation, (twist[0] * turns[0], twist[1] * turns[1], twist[2] * turns[2]))
+    return add(scale(impulse, weight), cross(spin, arm))
 
 
 def _stopping(one: Side, two: Side, u: Vec) -> Vec:

@@ -66,7 +66,7 @@ class PhysicsEngine(Running, Handles, Objects):
             raise InvalidValueError(f"seed = {seed!r}: a whole number from 0 up is needed")
         box = None
         if periodic is not None:
-            from xpheve.plan.periodic import periods
+            from xpheve.periodic import periods
 
             box = periods(periodic)
         self._registry = registry

@@ -11,6 +11,7 @@ from xpheve.engine.looking import Looking
 from xpheve.errors import InvalidValueError
 from xpheve.forces import Force
 from xpheve.kernels.clock import NEVER, Instant, later
+from xpheve.laws.response import FILTER
 from xpheve.objects import PhysicalObject
 from xpheve.plan import driven, scenery
 from xpheve.plan.stored import StoredForce
@@ -48,7 +49,7 @@ class Handles(Looking):
         if name == "angular_velocity" and world.contacts is not None:
             world.contacts.check_turning(obj, value)
         if world.periodic is not None and name == "position":
-            from xpheve.plan.periodic import wrapped
+            from xpheve.periodic import wrapped
 
             held = world.read_row(obj._row, name)
             value = wrapped(value, world.periodic)
@@ -91,6 +92,8 @@ class Handles(Looking):
             if value != before:
                 transaction.written[obj, name] = None
             transaction.refresh.add(obj)
+            if name in FILTER and value != before:
+                world.structure += 1  # who may meet whom is another question now
             if obj not in world.unplanned:
                 scenery.restore_constant_forces(world, obj, name)
                 if world.continuous_laws(obj):

@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from xpheve.kernels import response as layout
+from xpheve.kernels.vector import add, cross, dot, scale, sub
 from xpheve.laws import Contact, Impulse, ResponseLaw, Velocities
 from xpheve.objects import PhysicalObject
 from xpheve.shapes import Sphere
@@ -32,7 +33,7 @@ class SampleObject(PhysicalObject):
     values: Mapping[str, float]
 
     def __getitem__(self, name: str) -> float:
-        return self.values[name]
+        return self.values.get(name, 0.5)  # what is read to no effect is in no row
 
 
 def difference(law: ResponseLaw, trace: ResponseTrace) -> str:
@@ -114,17 +115,33 @@ def contacts(law: ResponseLaw, columns: Sequence[str], count: int, seed: int = S
         closing = sum((q - p) * c for p, q, c in zip(a.velocity, b.velocity, n.tolist(), strict=True))
         n = n if closing < 0.0 else -n
         point = tuple(rng.normal(size=3).tolist())
-        yield _contact(a, b, tuple(n.tolist()), point, float(rng.normal() * 1e-12), abs(closing) or 1.0, rng)
+        yield _contact(law, a, b, tuple(n.tolist()), point, float(rng.normal() * 1e-12), abs(closing) or 1.0, rng)
 
 
 def _contact(
-    a: Any, b: Any, normal: Any, point: Any, separation: float, closing: float, rng: np.random.Generator
+    law: ResponseLaw,
+    a: Any,
+    b: Any,
+    normal: Any,
+    point: Any,
+    separation: float,
+    closing: float,
+    rng: np.random.Generator,
 ) -> Contact:
-    more: dict[str, Any] = {}
-    fields = Contact.__dataclass_fields__
-    if "instant" in fields:
-        more["instant"] = (float(rng.uniform(0.0, 100.0)), float(rng.uniform(0.0, 1e-3)))
-    return Contact(a, b, normal, point, separation, closing, **more)
+    more: dict[str, Any] = {
+        "instant": (float(rng.uniform(0.0, 100.0)), float(rng.uniform(0.0, 1e-3))),
+        "relative_velocity": sub(_speed(law, b, normal, point), _speed(law, a, normal, point)),
+    }
+    known = {name: value for name, value in more.items() if name in Contact.__dataclass_fields__}
+    return Contact(a, b, normal, point, separation, closing, **known)
+
+
+def _speed(law: ResponseLaw, ball: PhysicalObject, normal: Any, point: Any) -> Any:
+    """Velocity [m/s] of a ball where it touches: its arm is along the normal."""
+    if not law.lever_arms or not any(ball.angular_velocity):
+        return ball.velocity
+    arm = scale(normal, dot(normal, sub(point, ball.position)))
+    return add(ball.velocity, cross(ball.angular_velocity, arm))
 
 
 def _object(law: ResponseLaw, columns: Sequence[str], rng: np.random.Generator, fixed: bool) -> PhysicalObject:
@@ -145,7 +162,7 @@ def _object(law: ResponseLaw, columns: Sequence[str], rng: np.random.Generator, 
         fixed=fixed,
         **motion,
     )
-    found.values = {name: _column(law, name, rng) for name in columns}
+    found.values = {name: _column(law, name, rng) for name in sorted({*columns, *law.columns})}
     return found
 
 

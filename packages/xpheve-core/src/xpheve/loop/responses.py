@@ -61,6 +61,7 @@ class Responses:
     def __init__(self, laws: Iterable[ResponseLaw], columns: Iterable[str] = ()) -> None:
         self.laws = tuple(laws)
         self.files: Mapping[str, str] = {}
+        self._formulas = [_formula(law) for law in self.laws]
         self._branches: list[int] = []
         self._why: list[str] = []
         self._partly: list[str] = []
@@ -76,6 +77,11 @@ class Responses:
     def partly(self, law: ResponseLaw) -> str:
         """Why some ways through ``law``, which is fused, are left to Python; empty if none is."""
         return self._partly[self._place(law)]
+
+    @property
+    def current(self) -> bool:
+        """Whether the text still says what the laws say: False once a choice among their parameters, or a value for a pair, is another."""
+        return self._formulas == [_formula(law) for law in self.laws]
 
     def parameters(self) -> tuple[NDArray[np.float64], list[tuple[int, int]]]:
         """The numbers of all parameters as they are now, and for each law its branch (-1: Python only) and where its numbers begin."""
@@ -141,12 +147,14 @@ def _formula(law: ResponseLaw) -> tuple[Any, ...]:
         )
         for name, value in law.parameters.items()
     )
-    return type(law), values, frozenset(law.__dict__)
+    return type(law), values, frozenset(law.__dict__), bool(getattr(law, "pair_values", None))
 
 
 def _trace_or_why(law: ResponseLaw, columns: Sequence[str]) -> ResponseTrace | str:
     from xpheve.loop.response_check import difference
 
+    if getattr(law, "pair_values", None):
+        return f"{law.label()} has values for single pairs, which Python looks up"
     try:
         trace = trace_response(law, columns)
     except TraceError as error:

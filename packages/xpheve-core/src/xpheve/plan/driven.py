@@ -58,7 +58,7 @@ def carry(world: World, obj: PhysicalObject, position: Vec | None, orientation: 
     q: Quat = world.read_row(obj._row, "orientation")  # type: ignore[assignment]
     target, turned = x if position is None else position, q if orientation is None else orientation
     if world.periodic is not None:
-        from xpheve.plan.periodic import near_image
+        from xpheve.periodic import near_image
 
         target = near_image(target, x, world.periodic)
     way = [(there - here) / within for there, here in zip(target, x, strict=True)]

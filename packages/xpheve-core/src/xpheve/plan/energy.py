@@ -138,7 +138,8 @@ def energy(world: World) -> Energy:
     """Energy of all moving objects, and of the laws that have a potential."""
     shot = Snapshot(world)
     v, m = shot["velocity"], shot.mass
-    parts = [0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])]
+    with np.errstate(over="ignore"):  # energy beyond the range of floats is infinite
+        parts = [0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])]
     if shot["angular_velocity"].any():
         inertia = world.bodies.arrays["inertia"][:, : shot.count]
         parts.append(spin_energy(shot["orientation"], shot["angular_velocity"], inertia))

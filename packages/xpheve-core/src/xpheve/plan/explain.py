@@ -321,6 +321,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
             "",
             f"contacts: {c['impacts']} impacts in {c['generations']} generations, {c['predictions']} predictions",
         ]
+        lines += [f"  {text}" for text in c.get("told", ())]
         lines += [f"  rests: {text}" for text in c["supports"]] + [f"  held: {text}" for text in c["held"]]
     if data["real_time"]:
         r = data["real_time"]

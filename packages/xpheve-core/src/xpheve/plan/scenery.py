@@ -76,7 +76,7 @@ def add_objects(world: World, engine: Any, objects: Sequence[PhysicalObject], la
     n = len(objects)
     values: dict[str, Any] = {name: np.array([obj._own[name] for obj in objects], dtype=float) for name in FIELDS}
     if world.periodic is not None:
-        from xpheve.plan.periodic import wrap_rows
+        from xpheve.periodic import wrap_rows
 
         wrap_rows(values["position"].T, world.periodic)
     values["fixed"] = [obj.fixed for obj in objects]

@@ -186,7 +186,7 @@ class World:
         found = self.read_row(row, name, t)
         if self.periodic is None or name != "position":
             return found
-        from xpheve.plan.periodic import wrapped
+        from xpheve.periodic import wrapped
 
         return wrapped(found, self.periodic)
 
@@ -194,7 +194,7 @@ class World:
         """`read_all` now, as users see it: in a periodic scene the images in the box."""
         found = self.read_all(name, self.time, out)
         if self.periodic is not None and name == "position":
-            from xpheve.plan.periodic import wrap_rows
+            from xpheve.periodic import wrap_rows
 
             wrap_rows(found, self.periodic)
         return found
@@ -248,6 +248,17 @@ class World:
             and law not in self.constant
             and not (isinstance(law, PairLaw) and law.one_sided and not law.moves(obj))
         ]
+
+    def is_moved_along(self, obj: PhysicalObject) -> bool:
+        """Whether laws are evaluated along the way of ``obj``, as far as that is known before it is planned."""
+        return any(not self._is_stored(law) for law in self.continuous_laws(obj))
+
+    def _is_stored(self, law: ContinuousLaw) -> bool:
+        """Whether the force of ``law``, which is not stored yet, will be."""
+        if not isinstance(law, FieldLaw) or is_by_hand(law):
+            return False
+        trace = formula_of(law)
+        return trace is not None and is_constant(set(trace.reads))
 
     def is_switched(self, law: PhysicalLaw) -> bool:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
@@ -619,6 +630,10 @@ class World:
                 contacts_wanted.mark_changed(self)
         if self.dirty:
             self._plan_motion()
+            if self.contacts is not None:
+                self.contacts.plan()  # now it is known which forces are constant
+                if self.dirty:
+                    self._plan_motion()
         self.wakeups.plan()
 
     def _plan_motion(self) -> None:

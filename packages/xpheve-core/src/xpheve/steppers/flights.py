@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,13 @@ from xpheve.kernels.flight import (
     turn_split,
     way_of_turning,
 )
-from xpheve.kernels.free_rotation import prepare, turn
+from xpheve.kernels.free_rotation import prepare
+from xpheve.kernels.free_rotation import turn as turn_freely
 from xpheve.steppers.contract import Array, Flight, Rows, State, Stepper
 from xpheve.steppers.sums import spans_since
+
+turn = lru_cache(maxsize=64)(turn_freely)
+"""Orientation and angular velocity of one instant are asked for one after the other, by every pair of a body."""
 
 Quat = tuple[float, float, float, float]
 _add, _multiply = np.add, np.multiply

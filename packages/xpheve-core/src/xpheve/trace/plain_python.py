@@ -77,7 +77,9 @@ class Stranger:
     def __getattr__(self, name: str) -> NoReturn:
         self._refuse()
 
-    __call__ = __getitem__ = __iter__ = __len__ = __bool__ = __contains__ = __setattr__ = __setitem__ = _refuse
+    __call__ = __getitem__ = __iter__ = __next__ = __len__ = __bool__ = __contains__ = __setattr__ = __setitem__ = (
+        _refuse
+    )
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __float__ = _refuse
     __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __neg__ = __enter__ = __exit__ = _refuse
     __hash__ = None  # type: ignore[assignment]
@@ -202,7 +204,9 @@ class Doors:
             return True
         if isinstance(value, type):
             house = module.split(".")[0] in ("builtins", "numpy", "xpheve")
-            return house or issubclass(value, (BaseException, Enum))
+            frozen = getattr(value, "__dataclass_params__", None)
+            record = (issubclass(value, tuple) and hasattr(value, "_fields")) or (frozen is not None and frozen.frozen)
+            return house or record or issubclass(value, (BaseException, Enum))
         return callable(value) and (
             module in SAFE_MODULES or (module.split(".")[0] == "numpy" and "random" not in module)
         )

@@ -81,9 +81,13 @@ class ResponseRecording(Recording):
             self.refuse(f"np.{op} of a traced value: it may differ from compiled code in its last bit; write math.{op}")
         found = super().op(op, *nodes)
         if found.op in MAY_RAISE:
-            condition = self._condition()
-            self.checks[found.index, -1 if condition is None else condition.index] = found, condition
+            self.check(found)
         return found
+
+    def check(self, node: Node) -> None:
+        """Where ``node`` is not finite, Python is to be asked."""
+        condition = self._condition()
+        self.checks[node.index, -1 if condition is None else condition.index] = node, condition
 
     def _condition(self) -> Node | None:
         """What has been decided in the calls that are followed now."""

@@ -64,7 +64,10 @@ class TracedObject:
             raise AttributeError(name)
         recording, _, side, columns = self._here
         if name in OF_BODY:
-            return _read(recording, name, side, *OF_BODY[name])
+            found = _read(recording, name, side, *OF_BODY[name])
+            if name == "mass":
+                recording.check(found.nodes[0])  # what never moves may come with none
+            return found
         if name == "fixed":
             return _read(recording, "inverse_mass", side, 0, "1/kg") == 0.0
         if name == "driven":

@@ -575,6 +575,9 @@ OF_TRUTHS: dict[Any, str] = {"+": "or", "*": "and", "max": "or", "min": "and", "
 
 def elementwise(recording: Recording, op: str | Make, *values: Any) -> Traced:
     """``op`` component by component, after broadcasting; truths count as 1 and 0, but among themselves as in NumPy."""
+    plain = _plain_numbers(recording, values)
+    if plain is not None:
+        return Traced(recording, [op(*plain) if callable(op) else recording.op(op, *plain)], NUMBER)
     parts = [coerced(recording, value) for value in values]
     if op in OF_TRUTHS and all(part.is_truth for part in parts):
         if op in ("-", "neg"):
@@ -584,6 +587,19 @@ def elementwise(recording: Recording, op: str | Make, *values: Any) -> Traced:
     make: Make = op if callable(op) else partial(recording.op, op)
     columns = [[recording.number(node) for node in part.spread(form.width or 1)] for part in parts]
     return Traced(recording, [make(*nodes) for nodes in zip(*columns, strict=True)], form)
+
+
+def _plain_numbers(recording: Recording, values: Sequence[Any]) -> list[Node] | None:
+    """The nodes of ``values`` if all are single numbers, as most are in a response; else None."""
+    nodes = []
+    for value in values:
+        if type(value) is Traced and value.form == NUMBER and not value.store[value.at[0]].truth:
+            nodes.append(value.store[value.at[0]])
+        elif type(value) is float or type(value) is int:
+            nodes.append(recording.graph.const(value))
+        else:
+            return None
+    return nodes
 
 
 def logical(recording: Recording, op: str, *values: Any) -> Traced:

@@ -30,6 +30,8 @@ from xpheve_laws_collision.impact.rows import (
     GRID,
     HEADS,
     LEAVES,
+    LINK,
+    LINKS,
     NEXT,
     PERIODIC,
     PLACE,
@@ -119,10 +121,10 @@ def link(f: Any, n: Any, i: int) -> int:
         state[w + c] = float((at - folded) // size) if counts[PERIODIC + c] else 0.0
     first = heads[cell]
     place[p + CELL] = cell
-    place[p + BEFORE] = -1
-    place[p + NEXT] = first
+    n[LINK][LINKS * i + BEFORE] = -1
+    n[LINK][LINKS * i + NEXT] = first
     if first >= 0:
-        place[PLACES * first + BEFORE] = i
+        n[LINK][LINKS * first + BEFORE] = i
     heads[cell] = i
     return cell
 
@@ -134,14 +136,14 @@ def take_out(n: Any, i: int) -> int:
     cell = place[p + CELL]
     if cell < 0:
         return 0
-    after = place[p + NEXT]
-    before = place[p + BEFORE]
+    after = n[LINK][LINKS * i + NEXT]
+    before = n[LINK][LINKS * i + BEFORE]
     if before >= 0:
-        place[PLACES * before + NEXT] = after
+        n[LINK][LINKS * before + NEXT] = after
     else:
         n[HEADS][cell] = after
     if after >= 0:
-        place[PLACES * after + BEFORE] = before
+        n[LINK][LINKS * after + BEFORE] = before
     place[p + CELL] = -1
     return 1
 

@@ -51,6 +51,7 @@ class Fleet:
         self.pending: Special | None = None
         self.impacts = self.predictions = self.specials = 0
         self.compiled = False
+        self.responses: Any = None
         self._seen: Any = None
         self._laws: list[Any] = []
         self._bits: dict[Any, int] = {}
@@ -66,8 +67,8 @@ class Fleet:
     def plan(self) -> None:
         """Decide anew who flies, if the scene is another one."""
         world = self.world
-        seen = (world.structure, world._next_serial, world.bodies.count, world.wish)
-        if seen == self._seen and not world.unplanned:
+        seen = (world.structure, world._next_serial, world.bodies.count, world.wish, world.ranks.epoch)
+        if seen == self._seen:
             return
         restructured = self._seen is None or seen[0] != self._seen[0]
         self._seen = seen
@@ -95,6 +96,8 @@ class Fleet:
         """Flights, columns or surroundings of ``objects`` are new."""
         for obj in objects:
             number = int(self.world.bodies.batch[obj._row])
+            if not self.members.fits(self.world, obj):
+                self._seen = None
             if obj.fixed:
                 self.forget_scenery()
             elif number >= 0 and self.world.batches[number].stepper.impacts:
@@ -164,12 +167,15 @@ class Fleet:
             {obj: None for law in laws for obj in world.mapping.objects(law) if obj.fixed and obj.rank >= 0}
         )
         rows = [obj._row for obj in self.scenery]
+        self.responses = Responses(self._laws)
         return ImpactLoop(
             state.count,
             scenery_rows([self.server._shape(obj) for obj in self.scenery], bodies, rows),
             np.array([self._mask(obj, True) for obj in self.scenery], dtype=np.int64),
-            Responses(self._laws),
+            self.responses,
             [numbers.get(law, -1) for law in laws],
+            scenery_heard=np.array([self._mask(obj, False) for obj in self.scenery], dtype=np.int64),
+            scenery_columns={name: bodies.columns[name][rows] for name in self.responses.columns},
             periodic=getattr(world, "periodic", None),
             compiled=self.compiled,
         )
@@ -208,6 +214,8 @@ class Fleet:
             heard=found[1],
             rank=np.array([obj.rank for obj in objects], dtype=np.int64),
             columns={name: bodies.columns[name][rows] for name in loop.columns},
+            orientation=arrays["orientation"][:, rows],
+            turn_clock=bodies.turn_clock[:, rows],
         )
         for place, obj in zip(places, objects, strict=True):
             loop.set_skip(place, self._support_of(obj))
@@ -342,8 +350,25 @@ class Fleet:
             "impacts": self.impacts,
             "predictions": self.predictions,
             "left to the server": self.specials,
+            "in Python": {law.label(): why for law in self._laws if moving and (why := self.responses.why(law))},
             "not there": {law.label(): why for law, why in self.members.why.items()},
         }
+
+    def told(self) -> list[str]:
+        """The report in words."""
+        found = self.report()
+        words = []
+        if found["moving"]:
+            words.append(
+                f"impact loop: {found['moving']} bodies among {found['scenery']} fixed shapes, {found['tier']}: {found['impacts']} impacts, "
+                f"{found['left to the server']} instants left to the server"
+            )
+        words += [
+            f"impact loop: {law} is asked in Python, one impact at a time: {why}"
+            for law, why in found["in Python"].items()
+        ]
+        words += [f"pair by pair: {law}: {why}" for law, why in found["not there"].items()]
+        return words
 
 
 __all__ = ["Fleet", "ImpactStepper"]

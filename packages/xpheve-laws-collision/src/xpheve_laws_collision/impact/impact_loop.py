@@ -185,7 +185,7 @@ class ImpactLoop:
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
         self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
-        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(8)]
+        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(9)]
         f, n = self.f, self.n
         f[rows.CONTACT] = np.zeros(response.SCRATCH)
         f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
@@ -196,6 +196,7 @@ class ImpactLoop:
         f[rows.KEYS][1::2] = 0.0
         n[rows.LAW] = np.zeros(4, dtype=np.int64)
         n[rows.PLACE] = np.zeros(rows.PLACES * max(1, count), dtype=np.int64)
+        n[rows.LINK] = np.zeros(rows.LINKS * max(1, count), dtype=np.int64)
         n[rows.COUNTS] = np.zeros(rows.COUNTED, dtype=np.int64)
         n[rows.TREE] = _nobody_first(leaves)
         n[rows.HEADS] = np.full(1, -1, dtype=np.int64)
@@ -203,6 +204,7 @@ class ImpactLoop:
         self._event = f[rows.EVENT].reshape(-1, rows.EVENTS)
         self._cold = f[rows.COLD].reshape(-1, rows.COLDS)
         self._place = n[rows.PLACE].reshape(-1, rows.PLACES)
+        self._link = n[rows.LINK].reshape(-1, rows.LINKS)
         self._counts, self._space = n[rows.COUNTS], f[rows.SPACE]
         for at in (rows.MEETS, rows.HITS, rows.LEAVES):
             self._event[:, at] = math.inf
@@ -347,8 +349,8 @@ class ImpactLoop:
         cold[at, rows.TURN_TIME : rows.TURN_TIME + 2] = times.T if turn_clock is None else np.asarray(turn_clock).T
         if self.columns:
             cold[at, rows.OWN : rows.OWN + len(self.columns)] = self._in_order(columns, len(at))
-        place[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
-        place[at, rows.PRESENT] = place[at, rows.MASK] != 0
+        self._link[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
+        place[at, rows.PRESENT] = self._link[at, rows.MASK] != 0
         if len(at):
             latest = max((float(high), float(low)) for high, low in times.T) if len(at) < 64 else _latest(times)
             self._now = max(self._now, latest)
@@ -419,23 +421,12 @@ class ImpactLoop:
         return float(self._counts[rows.CROSSINGS] - 20 * self._counts[rows.IMPACTS])
 
     def next_time(self) -> Instant:
-        """When the earliest impact is due; `NEVER` for none."""
+        """When there is something to do: no impact is before; `NEVER` for nothing."""
         self._prepare()
         self._call(LOOK)
-        while True:
-            at = int(self.n[rows.TREE][1])
-            high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
-            if high == math.inf:
-                return NEVER
-            event, place = self._event[at], self._place[at]
-            if (event[rows.HITS], event[rows.HITS + 1]) == (high, low):
-                return high, low
-            if (event[rows.MEETS], event[rows.MEETS + 1]) == (high, low):
-                if self._place[place[rows.PARTNER], rows.STAMP] == place[rows.SEEN]:
-                    return high, low
-            self._space[rows.LIMIT : rows.LIMIT + 2] = high, math.inf  # a place that leaves its cell, or a stale event
-            self._counts[rows.BUDGET] = 1
-            self._call(RUN)
+        at = int(self.n[rows.TREE][1])
+        high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
+        return NEVER if high == math.inf else (high, low)
 
     def run(self, limit: Instant) -> Outcome:
         """Let all events strictly before ``limit`` happen; its offset may be infinite."""

@@ -17,9 +17,11 @@ Floats = npt.NDArray[np.float64]
 
 ROOM = 1.0 + 1e-6
 """Cells are a little wider than the greatest diameter: places leave them by rounding late."""
-PLACES_A_CELL = 0.7
+PLACES_A_CELL = 0.35
 """How many there are to be at least, on average: finer cells cost more than they spare."""
 
+FINEST = 1e4
+"""Cells along an axis at most."""
 ASIDE = 0.381966
 """By this part of a cell the lowest place is beside the first boundary: places on a lattice should not lie on boundaries."""
 
@@ -85,9 +87,7 @@ def grid_for(state: Floats, now: Instant, periodic: Sequence[float] | None, free
 
 def _widths(extents: Floats, least: float, count: int) -> list[float]:
     """Cells as cubes: the least width, or as many as there are places."""
-    if not least > 0.0:
-        least = float(np.max(extents)) / 64.0 or 1.0
-    width = least
+    width = max(least, float(np.max(extents)) / FINEST) or 1.0
     while np.prod(np.ceil(extents / width)) > count / PLACES_A_CELL + 1.0:
         width *= 1.1
     return [width] * 3

@@ -39,6 +39,8 @@ from xpheve_laws_collision.impact.rows import (
     LEAVES,
     LIMIT,
     LIMITED,
+    LINK,
+    LINKS,
     LISTS,
     MASK,
     MASKS,
@@ -103,7 +105,7 @@ def renew(f: Any, n: Any) -> int:
     for k in range(counts[DIRTIES]):
         i = lists[k]
         place[PLACES * i + DIRTY] = 0
-        place[PLACES * i + STAMP] += 1
+        n[LINK][LINKS * i + STAMP] += 1
         foresee(f, n, i, -1, -1, (state[STATES * i + TIME], state[STATES * i + TIME + 1]))
     counts[DIRTIES] = 0
     return 0
@@ -139,7 +141,7 @@ def run(f: Any, n: Any) -> int:
             settle(f, n, i)
             continue
         meets = event[e + MEETS] == high and event[e + MEETS + 1] == low
-        if meets and place[p + SEEN] != place[PLACES * place[p + PARTNER] + STAMP]:
+        if meets and place[p + SEEN] != n[LINK][LINKS * place[p + PARTNER] + STAMP]:
             counts[STALE] += 1
             look_anew(f, n, i, -1)
             settle(f, n, i)
@@ -186,10 +188,10 @@ def touching(f: Any, n: Any, i: int) -> int:
     to = 2 * counts[COUNT]
     x, v, pull = state_at(f, i, now)
     radius = f[STATE][STATES * i + RADIUS]
-    mask = place[PLACES * i + MASK]
+    mask = n[LINK][LINKS * i + MASK]
     found = 0
     for j in range(counts[COUNT]):
-        if j != i and place[PLACES * j + MASK] & mask:
+        if j != i and n[LINK][LINKS * j + MASK] & mask:
             y = state_at(f, j, now)[0]
             distance = radius + f[STATE][STATES * j + RADIUS]
             d = nearest((y[0] - x[0], y[1] - x[1], y[2] - x[2]), vector(space, BOX))

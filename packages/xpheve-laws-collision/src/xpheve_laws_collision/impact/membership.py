@@ -7,6 +7,7 @@ from typing import Any
 
 from xpheve.kernels.vector import Vec
 from xpheve.laws import ResponseLaw
+from xpheve.laws.response import FILTER
 from xpheve.objects import PhysicalObject
 
 SCENERY = ("sphere", "plane", "box", "capsule")
@@ -48,6 +49,10 @@ class Membership:
         self.flying = frozenset(flying)
         return self.flying != before
 
+    def fits(self, world: Any, obj: PhysicalObject) -> bool:
+        """Whether ``obj`` itself is still of a kind that may fly."""
+        return not _why_not_object(world, obj, {})
+
 
 def _joined(world: Any, laws: list[Any]) -> list[list[Any]]:
     """``laws`` in sets: those that have an object in common, directly or through others."""
@@ -72,6 +77,9 @@ def _why_not(world: Any, laws: list[Any]) -> str:
         return "nobody answers its contacts"
     if len(laws) > MOST_LAWS:
         return f"{len(laws)} laws of contacts belong together; the loop knows {MOST_LAWS}"
+    for law in answering:
+        if law.pair_values:
+            return f"{law.label()} has values for single pairs"
     moving = 0
     objects = {obj: None for law in laws for obj in world.mapping.objects(law)}
     along: dict[tuple[Any, ...], bool] = {}
@@ -93,6 +101,8 @@ def _why_not(world: Any, laws: list[Any]) -> str:
 
 
 def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...], bool]) -> str:
+    if any(obj._columns.get(name, usual.default) != usual.default for name, usual in FILTER.items()):
+        return "is in a collision group of its own"
     kind = "sphere" if obj.shape is None else obj.shape.kind
     if obj.fixed:
         return "" if kind in SCENERY else f"is a fixed {kind}"
@@ -102,7 +112,7 @@ def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...]
         return f"is a {kind} that moves"
     laws = tuple(world.mapping.laws(obj))
     if laws not in along:
-        along[laws] = bool(world.continuous_laws(obj)) or any(getattr(law, "one_sided", False) for law in laws)
+        along[laws] = world.is_moved_along(obj) or any(getattr(law, "one_sided", False) for law in laws)
     if along[laws]:
         return "is under laws that are evaluated along its way"
     bodies, row = world.bodies, obj._row

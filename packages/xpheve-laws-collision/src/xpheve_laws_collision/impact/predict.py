@@ -24,6 +24,8 @@ from xpheve_laws_collision.impact.rows import (
     HITS_HOW,
     KEYS,
     LEAVES,
+    LINK,
+    LINKS,
     MASK,
     MASKS,
     MEETS,
@@ -72,7 +74,7 @@ def look_at(f: Any, n: Any, i: int, j: int, k: Vec, box: Vec) -> int:
         event[e + SHIFT + 1] = (k[1] - state[b + 1]) * box[1]
         event[e + SHIFT + 2] = (k[2] - state[b + 2]) * box[2]
         place[p + PARTNER] = j
-        place[p + SEEN] = place[PLACES * j + STAMP]
+        place[p + SEEN] = n[LINK][LINKS * j + STAMP]
         place[p + MEETS_HOW] = how & 3
     return how >> 2
 
@@ -97,12 +99,11 @@ def look_around(f: Any, n: Any, i: int, way: int, but: int) -> int:
     """
     if n[COUNTS][CELLED]:
         return look_in_cells(f, n, i, way, but)
-    place = n[PLACE]
-    mask = place[PLACES * i + MASK]
+    mask = n[LINK][LINKS * i + MASK]
     zero = (0.0, 0.0, 0.0)
     touching = 0
     for j in range(n[COUNTS][COUNT]):
-        if j != i and place[PLACES * j + MASK] & mask:
+        if j != i and n[LINK][LINKS * j + MASK] & mask:
             touches = look_at(f, n, i, j, zero, zero)
             if touches and j != but:
                 touching += 1
@@ -126,7 +127,7 @@ def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
     counts = n[COUNTS]
     heads = n[HEADS]
     p = PLACES * i
-    mask = place[p + MASK]
+    mask = n[LINK][LINKS * i + MASK]
     box = vector(f[SPACE], BOX)
     wraps = vector(f[STATE], STATES * i + WRAPS)
     nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
@@ -148,11 +149,11 @@ def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
                 j = heads[line + at_z - over * nz]
                 k = (kx, ky, wraps[2] + over)
                 while j >= 0:
-                    if j != i and place[PLACES * j + MASK] & mask:
+                    if j != i and n[LINK][LINKS * j + MASK] & mask:
                         touches = look_at(f, n, i, j, k, box)
                         if touches and j != but:
                             touching += 1
-                    j = place[PLACES * j + NEXT]
+                    j = n[LINK][LINKS * j + NEXT]
     return touching
 
 
@@ -165,7 +166,7 @@ def look_at_scenery(f: Any, n: Any, i: int, but: int) -> int:
     masks = n[MASKS]
     p = PLACES * i
     e = EVENTS * i
-    mask = place[p + MASK]
+    mask = n[LINK][LINKS * i + MASK]
     skip = place[p + SKIP]
     best = math.inf
     how = NOTHING

@@ -20,6 +20,12 @@ HEADS = 4  # the first place of each cell
 LISTS = 5  # places to be predicted, then places that have changed, then the answer to a question
 MASKS = 6  # of fixed shapes: bits of laws that answer, bits of those that listen
 LAWS = 7  # law of each of 64 bits, then a row a law
+LINK = 8  # a short row a place: what those nearby look at
+
+# A row of n[LINK]
+LINKS = 4
+MASK, STAMP, NEXT, BEFORE = 0, 1, 2, 3
+"""Bits of the laws that answer; how often the flight has changed; the places after and before it in the list of its cell."""
 
 # A row of f[STATE]; raw positions and velocities at the place's own clock
 STATES = 16
@@ -43,7 +49,7 @@ SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 
 # A row of n[PLACE]
 PLACES = 24
-MASK, STAMP, NEXT, BEFORE, HEARD, RANK, SKIP, WATCHED = 0, 1, 2, 3, 4, 5, 6, 7
+HEARD, RANK, SKIP, WATCHED = 4, 5, 6, 7
 CELL, CELL_AT, WAY, PARTNER, SEEN, MEETS_HOW, WALL, HITS_HOW = 8, 9, 12, 13, 14, 15, 16, 17
 STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT, TURNED = 18, 19, 20, 21, 22, 23
 """CELL: which list the place is in; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""

@@ -71,6 +71,8 @@ from xpheve_laws_collision.impact.rows import (
     LAW_ROWS,
     LAWS,
     LIMITED,
+    LINK,
+    LINKS,
     LISTS,
     MASK,
     MASKS,
@@ -90,6 +92,7 @@ from xpheve_laws_collision.impact.rows import (
     SEEN_BY,
     SHIFT,
     SIZE,
+    SKIP,
     SPHERE,
     SPIN,
     STAMP,
@@ -296,7 +299,7 @@ def fly_on(f: Any, n: Any, i: int, x: Vec, v: Vec, now: Instant) -> int:
     put(state, a + V, v)
     state[a + TIME] = now[0]
     state[a + TIME + 1] = now[1]
-    place[p + STAMP] += 1
+    n[LINK][LINKS * i + STAMP] += 1
     begin_again(f, n, i)
     if place[p + CHANGED] == 0:
         place[p + CHANGED] = 1
@@ -344,7 +347,7 @@ def put_back(f: Any, n: Any, i: int, flight: tuple[Vec, Vec, Instant, Vec]) -> i
     put(state, w, flight[3])
     state[STATES * i + TIME] = flight[2][0]
     state[STATES * i + TIME + 1] = flight[2][1]
-    n[PLACE][p + STAMP] += 1
+    n[LINK][LINKS * i + STAMP] += 1
     return 0
 
 
@@ -437,9 +440,11 @@ def with_place(f: Any, n: Any, i: int, now: Instant) -> int:
         shift = (0.0 - shift[0], 0.0 - shift[1], 0.0 - shift[2])
     p = PLACES * i
     q = PLACES * j
-    law = law_of(n, place[p + MASK] & place[q + MASK])
+    law = law_of(n, n[LINK][LINKS * i + MASK] & n[LINK][LINKS * j + MASK])
     if not asked(n, law, place[p + HEARD] & place[q + HEARD]):
         return BY_LAW
+    if place[p + SKIP] >= 0 or place[q + SKIP] >= 0:
+        return TOUCHED
     state = f[STATE]
     xa, va, pull_a = state_at(f, i, now)
     xb, vb, pull_b = state_at(f, j, now)
@@ -523,9 +528,11 @@ def with_wall(f: Any, n: Any, i: int, now: Instant) -> int:
     place = n[PLACE]
     p = PLACES * i
     wall = place[p + WALL]
-    law = law_of(n, place[p + MASK] & n[MASKS][2 * wall])
+    law = law_of(n, n[LINK][LINKS * i + MASK] & n[MASKS][2 * wall])
     if not asked(n, law, place[p + HEARD] & n[MASKS][2 * wall + 1]):
         return BY_LAW
+    if place[p + SKIP] >= 0:
+        return TOUCHED
     state = f[STATE]
     radius = state[STATES * i + RADIUS]
     x, v, pull = state_at(f, i, now)

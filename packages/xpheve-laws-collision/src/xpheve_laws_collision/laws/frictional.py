@@ -48,15 +48,17 @@ class Frictional(ResponseLaw):
         doc="What happens where a body comes to rest other than on one plane: an error that names it, or it is held in place.",
     )
 
+    def coefficients(self, contact: Contact) -> tuple[float, float]:
+        """Restitution and friction of one contact."""
+        a, b = contact.body_a, contact.body_b
+        e = combined(self.combine, a["restitution"], b["restitution"], self.restitution)
+        return e, combined(self.combine_friction, a["friction"], b["friction"], self.friction)
+
     def grip(self, contact: Contact) -> Grip:
         """Restitution, friction and tangential restitution of one contact."""
-        a, b = contact.body_a, contact.body_b
-        return Grip(
-            combined(self.combine, a["restitution"], b["restitution"], self.restitution),
-            combined(self.combine_friction, a["friction"], b["friction"], self.friction),
-            self.tangential,
-        )
+        return Grip(*self.coefficients(contact), self.tangential)
 
     def respond(self, contact: Contact) -> Impulse:
         """Impulse [N s] at one contact point."""
-        return Impulse(touching_impulse(contact, *self.grip(contact)))
+        e, mu = self.coefficients(contact)
+        return Impulse(touching_impulse(contact, e, mu, self.tangential))

@@ -20,6 +20,7 @@ from xpheve_laws_collision.impact_time.advancement import (
     is_apart,
 )
 from xpheve_laws_collision.impact_time.path import Path
+from xpheve_laws_collision.impact_time.plane_advancement import FEW, PlaneSearch, first_impact_on_plane, is_in_reach
 from xpheve_laws_collision.impact_time.sphere_plane import sphere_plane, sphere_plane_leaves
 from xpheve_laws_collision.narrow_phase import Gap, Mover
 from xpheve_laws_collision.narrow_phase.cores import Core, Half, cores_of
@@ -85,18 +86,35 @@ class Convex:
             return 0.0
         else:
             outward, offset = rotate(b.orientation, b.shape.normal), b.shape.offset
-        return balls_apart(a, b, a.shape.reach if a.shape.kind != "sphere" else a.shape.radius, reach_b, outward, offset)
+        return balls_apart(
+            a, b, a.shape.reach if a.shape.kind != "sphere" else a.shape.radius, reach_b, outward, offset
+        )
 
 
 class ConvexPlane(Convex):
     """The geometry of such a body and a plane: in closed form if neither turns, since the lowest corner stays the lowest."""
 
     def impact_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
-        if turns(a) or turns(b):
+        if turns(b):
             return super().impact_time(a, b, gap, horizon)
+        if turns(a):
+            return self._turning_impact(a, b, gap, horizon)
         # A gap that counts as none is none: else a bounce lower than its rounding would not come back.
         separation = 0.0 if abs(gap.separation) <= gap.touch else gap.separation
         return sphere_plane(separation, gap.speed, gap.acceleration, gap.touch, gap.still, horizon)
+
+    def _turning_impact(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
+        """See `impact_time.plane_advancement.first_impact_on_plane`; bodies of many corners as `Convex`."""
+        path, outward = Path(a), rotate(b.orientation, b.shape.normal)
+        best = math.inf
+        for core in cores_of(a.shape):
+            if len(core.corners) > FEW:
+                return super().impact_time(a, b, gap, horizon)
+            search = PlaneSearch(path, b, core.corners, core.radius, core.reach, outward)
+            if not is_in_reach(search):
+                return super().impact_time(a, b, gap, horizon)
+            best = min(best, first_impact_on_plane(search, min(horizon, best)))
+        return best
 
     def leave_time(self, a: Mover, b: Mover, gap: Gap, horizon: float) -> float:
         if turns(a) or turns(b):

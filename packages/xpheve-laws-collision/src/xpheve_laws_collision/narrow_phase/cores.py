@@ -28,10 +28,12 @@ _BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 
 class Core:
     """A convex core in the body frame."""
 
-    __slots__ = ("directions", "edge_normals", "edges", "normals", "radius", "reach", "solid", "vertices")
+    __slots__ = ("corners", "directions", "edge_normals", "edges", "normals", "radius", "reach", "solid", "vertices")
 
     def __init__(self, vertices: Array, radius: float, faces: list[tuple[int, ...]] | None = None) -> None:
         self.vertices = vertices
+        self.corners: list[Vec] = [(float(x), float(y), float(z)) for x, y, z in vertices]
+        """The same as floats: a few are walked faster than an array is asked."""
         self.radius = radius
         self.solid = faces is not None
         """Whether the core is a polyhedron."""

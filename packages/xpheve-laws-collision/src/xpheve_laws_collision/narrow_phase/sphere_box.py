@@ -34,7 +34,9 @@ class SphereBox(Convex):
         point = add(a.position, scale(normal, a.shape.radius + 0.5 * separation))
         size = norm(half) + radius
         touch = TOUCH * size + ULPS * (norm(a.position) + norm(b.position))
-        return Gap(separation, speed, rate, normal, point, touch, still_speed(norm(a.velocity) + norm(b.velocity), rate))
+        return Gap(
+            separation, speed, rate, normal, point, touch, still_speed(norm(a.velocity) + norm(b.velocity), rate)
+        )
 
     def points(self, a: Mover, b: Mover) -> list[Gap]:
         return super().points(a, b) if turns(b) else [self.gap(a, b)]

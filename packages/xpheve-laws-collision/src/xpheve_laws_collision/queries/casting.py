@@ -16,9 +16,11 @@ from xpheve.errors import ContactError
 from xpheve.kernels.quaternion import Quat, multiply, rotate, rotate_inverse
 from xpheve.kernels.vector import Vec, cross, dot, norm, scale, sub
 from xpheve_laws_collision.queries.places import BOX, CAPSULE, OTHER, PLANE, ROUND, Places
-from xpheve_laws_collision.queries.rows import Array, Mask, Rows, dots, turned, turned_back
+from xpheve_laws_collision.queries.rows import Array, Mask, Rows, crosses, dots, lengths, turned, turned_back
 from xpheve_laws_collision.rays import crossing
 
+SEAM = 1e-11  # of its sides a triangle is met outside them: a ray along the seam of two does not slip through
+LEVEL = 1e-12  # a ray this little inclined to a triangle lies in its plane, and meets others at its sides
 Met = tuple[Array, Array]
 
 
@@ -32,10 +34,14 @@ def cast(places: Places, rows: Rows, origin: Array, direction: Array, grown: flo
     return way, normal
 
 
-def _met(enters: Array, leaves: Array, hit: Mask, normal: Array, direction: Array, touch: Array) -> Met:
-    """What touches where the ray begins is met if the ray goes in, and not if it goes out."""
-    hit = hit & (leaves > touch)
-    inside = enters < -touch
+def _met(enters: Array, leaves: Array, hit: Mask, normal: Array, out: Array, direction: Array, touch: Array) -> Met:
+    """What touches where the ray begins is met if the ray goes in, and not if it goes out, which it does at ``out`` as the cosine to the normal.
+
+    How deep the ray begins is measured from the tangent planes where it comes in and where it goes out, since a ray goes far in a thin skin.
+    """
+    with np.errstate(invalid="ignore"):
+        hit = hit & (leaves * out > touch) & (leaves > 0.0)
+        inside = (enters < 0.0) & ~(np.abs(enters * dots(normal, direction)) <= touch)
     way = np.where(hit, np.where(inside, 0.0, np.maximum(enters, 0.0)), math.inf)
     return way, np.where(inside[:, None], -direction, normal)
 
@@ -50,7 +56,8 @@ def _round(places: Places, rows: Rows, origin: Array, direction: Array, grown: f
     normal = nearest - half[:, None] * direction
     normal /= np.where(radius > 0.0, radius, 1.0)[:, None]
     touch = places.touch(rows, origin) + 1e-12 * grown
-    return _met(along - half, along + half, square > 0.0, normal, direction, touch)
+    out = half / np.where(radius > 0.0, radius, 1.0)
+    return _met(along - half, along + half, square > 0.0, normal, out, direction, touch)
 
 
 def _plane(places: Places, rows: Rows, origin: Array, direction: Array, grown: float) -> Met:
@@ -61,7 +68,7 @@ def _plane(places: Places, rows: Rows, origin: Array, direction: Array, grown: f
     with np.errstate(divide="ignore", invalid="ignore"):
         enters = np.where(height < -touch, -math.inf, np.where(fall > 0.0, height / fall, math.inf))
     hit = (height < -touch) | (fall > 0.0)
-    return _met(enters, np.full(len(rows), math.inf), hit, outward, direction, touch)
+    return _met(enters, np.full(len(rows), math.inf), hit, outward, np.ones(len(rows)), direction, touch)
 
 
 def _box(places: Places, rows: Rows, origin: Array, direction: Array, grown: float) -> Met:
@@ -78,9 +85,10 @@ def _box(places: Places, rows: Rows, origin: Array, direction: Array, grown: flo
     k = np.arange(len(rows))
     normal = np.zeros((len(rows), 3))
     normal[k, axis] = -np.sign(d[k, axis])
-    enters, leaves = near[k, axis], far.min(axis=1)
+    last = np.argmin(far, axis=1)
+    enters, leaves = near[k, axis], far[k, last]
     hit = (enters < leaves) & ~beside.any(axis=1)
-    return _met(enters, leaves, hit, turned(q, normal), direction, places.touch(rows, origin))
+    return _met(enters, leaves, hit, turned(q, normal), np.abs(d[k, last]), direction, places.touch(rows, origin))
 
 
 def _capsule(places: Places, rows: Rows, origin: Array, direction: Array, grown: float) -> Met:
@@ -89,13 +97,14 @@ def _capsule(places: Places, rows: Rows, origin: Array, direction: Array, grown:
     o = turned_back(q, origin - places.position[rows])
     d = turned_back(q, direction)
     enters, leaves = np.full(len(rows), math.inf), np.full(len(rows), -math.inf)
-    normal = np.zeros((len(rows), 3))
+    normal, behind = np.zeros((len(rows), 3)), np.zeros((len(rows), 3))
 
     def take(when: Array, hit: Mask, centre: Array) -> None:
-        first = hit & (when < enters)
-        enters[first] = when[first]
-        normal[first] = ((o + when[:, None] * d) - centre)[first] / radius[first, None]
-        leaves[hit] = np.maximum(leaves[hit], when[hit])
+        first, last = hit & (when < enters), hit & (when > leaves)
+        outward = (o + when[:, None] * d) - centre
+        enters[first], leaves[last] = when[first], when[last]
+        normal[first] = outward[first] / radius[first, None]
+        behind[last] = outward[last] / radius[last, None]
 
     for sign in (-1.0, 1.0):
         end = np.zeros((len(rows), 3))
@@ -116,7 +125,8 @@ def _capsule(places: Places, rows: Rows, origin: Array, direction: Array, grown:
             axis = np.zeros((len(rows), 3))
             axis[:, 2] = height
             take(when, (across > 0.0) & (square > 0.0) & (np.abs(height) <= half), axis)
-    return _met(enters, leaves, enters < leaves, turned(q, normal), direction, places.touch(rows, origin))
+    touch = places.touch(rows, origin)
+    return _met(enters, leaves, enters < leaves, turned(q, normal), dots(behind, d), direction, touch)
 
 
 def _other(places: Places, rows: Rows, origin: Array, direction: Array, grown: float) -> Met:
@@ -148,11 +158,17 @@ def _ahead(shape: Any, o: Vec, d: Vec, q: Quat, touch: float) -> tuple[float, Ve
     if shape.kind not in ("sphere", "box", "capsule", "hull"):
         raise unknown(shape)
     through = crossing(shape, o, d, q)
-    if through is None or through.leaves <= touch:
+    if through is None or through.leaves <= 0.0:
         return None
-    if through.enters < -touch:
-        return 0.0, scale(rotate(q, d), -1.0)
-    return max(through.enters, 0.0), through.normal
+    if through.enters >= 0.0:
+        return through.enters, through.normal
+    along = rotate(q, d)
+    back = crossing(shape, o, scale(d, -1.0), q)
+    if back is not None and through.leaves * dot(back.normal, along) <= touch:
+        return None
+    if through.enters * dot(through.normal, along) <= touch:
+        return 0.0, through.normal
+    return 0.0, scale(along, -1.0)
 
 
 def _mesh(shape: Any, o: Vec, d: Vec, q: Quat, touch: float) -> tuple[float, Vec] | None:
@@ -166,7 +182,8 @@ def _mesh(shape: Any, o: Vec, d: Vec, q: Quat, touch: float) -> tuple[float, Vec
     r = np.cross(s, one)
     with np.errstate(divide="ignore", invalid="ignore"):
         u, v, t = (s * p).sum(axis=1) / volume, (r @ along) / volume, (two * r).sum(axis=1) / volume
-        hit = (volume != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > touch)
+        across = np.abs(volume) > LEVEL * lengths(crosses(one, two))
+        hit = across & (u >= -SEAM) & (v >= -SEAM) & (u + v <= 1.0 + SEAM) & (t > touch)
     if not hit.any():
         return None
     k = int(np.argmin(np.where(hit, t, math.inf)))

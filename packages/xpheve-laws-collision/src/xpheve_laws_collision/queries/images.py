@@ -10,7 +10,7 @@ import numpy as np
 
 from xpheve.errors import ContactError, InvalidValueError
 from xpheve.kernels.vector import Vec
-from xpheve.plan.periodic import shortest_rows
+from xpheve.periodic import shortest_rows
 from xpheve_laws_collision.queries.meeting import heights, neighbours
 from xpheve_laws_collision.queries.moving import Way
 from xpheve_laws_collision.queries.places import PLANE, ROUND, Places, Table

@@ -95,27 +95,43 @@ class Prediction(Standing):
             self._predict(self._pair(objects[row], broad.planes[number]))
 
     def _predict_all(self, obj: PhysicalObject, done: set[PhysicalObject]) -> None:
-        """Predict the pairs of ``obj`` but for those with ``done``."""
-        broad = self.broad_phase
+        """Predict the pairs of ``obj`` but for those with ``done``: those that it may meet until the first of them is due.
+
+        If it flies on from there as it did, the others are asked then.
+        """
+        world, broad = self.world, self.broad_phase
         laws = self._asking_laws(obj)
         if not laws or obj.rank < 0:
             return
-        first = self.swept
-        mapping = self.world.mapping
-        if not obj.fixed:
-            for other in broad.planes:
-                if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
-                    first = min(first, self._predict(self._pair(obj, other)))
-        objects = self.world.bodies.objects
-        if obj in broad.planes:
-            near = [row for row in broad.rows.tolist() if not objects[row].fixed]
-        else:
-            end = min(first, self.world.flight(obj._row).t1)
-            near = broad.near(obj._row, max(elapsed(end, self.world.bodies.clock_of(obj._row)), 0.0)).tolist()
-        for row in near:
+        objects, mapping = world.bodies.objects, world.mapping
+        unbounded = obj in broad.planes
+        if obj.fixed or unbounded:
+            near = broad.rows if unbounded else broad.near(obj._row, math.inf)
+            for row in near.tolist():
+                other = objects[row]
+                if not other.fixed and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                    self._predict(self._pair(obj, other))
+            return
+        clock = world.bodies.clock_of(obj._row)
+        whole = min(self.swept, world.flight(obj._row).t1)
+        first = whole
+        for earliest, other in broad.fixed.ahead(obj, max(elapsed(whole, clock), 0.0)):
+            if earliest > 0.0 and later(clock, earliest) > first:
+                break
+            if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                due = self._predict(self._pair(obj, other))
+                first = min(first, due) if due > world.time else first
+        for row in broad.near(obj._row, max(elapsed(first, clock), 0.0), fixed=False).tolist():
             other = objects[row]
             if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
                 self._predict(self._pair(obj, other))
+        if first < whole:
+            world.schedule(first, AFTER, (obj.rank,), self._look_on, ((obj, int(world.bodies.version[obj._row])),))
+
+    def _look_on(self, entries: list[Entry]) -> None:
+        """Objects that fly on after the first of what was predicted for them: what they meet next."""
+        for entry in entries:
+            self._predict_all(entry.guards[0][0], set())
 
     def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Of those that fly only what stands, or seems to be ``resting``, is asked."""
@@ -139,10 +155,16 @@ class Prediction(Standing):
         mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
+        horizon = elapsed(end, start)
+        if standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
+            wait = family.apart_for(mover_one, mover_two)
+            if not wait <= horizon or wait == math.inf:
+                return NEVER
+            if later(start, wait) > world.time:
+                return self._queue(pair, start, wait, self._nearer)
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
-        horizon = elapsed(end, start)
         if standing is not None and self._late_laws(pair, standing):
             span, act = 0.0, self._tell_late
         elif pair in self.collapsing or self._is_support(pair):
@@ -159,6 +181,12 @@ class Prediction(Standing):
                 span += lead
         if span == math.inf or (act == self._impact and self.fleet.flies(pair[0]) and self.fleet.flies(pair[1])):
             return NEVER  # impacts of those that fly are found by the loop
+        return self._queue(pair, start, span, act)
+
+    def _queue(self, pair: Pair, start: Instant, span: float, act: Any) -> Instant:
+        """Queue what happens to ``pair`` next, ``span`` [s] after ``start``; returns when."""
+        world = self.world
+        a, b = pair
         at: Instant = max(later(start, span), world.time)
         guards = tuple((obj, int(world.bodies.version[obj._row])) for obj in pair)
         held = self.queued.get(pair)
@@ -193,10 +221,6 @@ class Prediction(Standing):
             return 0.0, self._meet
         if touching and self._hops(pair, gap):
             return -2.0 * gap.speed / gap.acceleration, self._impact
-        if pair is not self.near and not (touching or sunk):
-            wait = family.apart_for(one, two)
-            if wait > 0.0:
-                return (wait, self._nearer) if wait <= horizon else (math.inf, self._impact)
         return self._search(family, one, two, gap, horizon)
 
     def _nearer(self, entries: list[Entry]) -> None:

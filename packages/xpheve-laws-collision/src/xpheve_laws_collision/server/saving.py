@@ -62,4 +62,5 @@ class Saving(Prediction):
             "supports": [f"{ball.label} on {support.plane.label}" for ball, support in self.supports.items()],
             "held": [obj.label for obj in self.held],
             "impact loop": self.fleet.report(),
+            "told": self.fleet.told(),
         }
