@@ -125,3 +125,16 @@ def test_what_is_no_set_of_groups_is_refused(bad: float) -> None:
             ones[0][name] = bad
         with pytest.raises(ParameterError, match=name):
             engine.add_object(xp.PhysicalObject(xp.Sphere(0.1), **{name: bad}), laws=list(engine.laws))
+
+
+def test_a_value_of_one_pair_among_many_holds_from_then_on() -> None:
+    engine, ones, twos = rows(60, {}, {})
+    engine.run(until=0.5)
+    law: Any = engine.laws[0]
+    law.set_pair(ones[3], twos[3], restitution=0.0)
+    engine.run(until=2.0)
+    assert ones[3].velocity == twos[3].velocity == (0.5, 0, 0)
+    assert all(one.velocity == (0, 0, 0) for one in ones if one is not ones[3])
+    law.set_pair(ones[3], twos[3], restitution=None)
+    engine.run(until=2.5)
+    assert twos[0].velocity == (1, 0, 0)

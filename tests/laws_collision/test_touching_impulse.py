@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -107,17 +108,22 @@ def test_it_keeps_newtons_law_coulombs_cone_and_energy(
 @given(
     seed=st.integers(0, 10**6),
     e=st.sampled_from([0.0, 0.4, 1.0]),
-    mu=st.sampled_from([0.1, 0.7, 5.0]),
+    mu=st.sampled_from([0.1, 0.7, 5.0, None]),
     beta=st.sampled_from([0.0, 0.7, 1.0]),
 )
-def test_the_server_solves_one_contact_alike(seed: int, e: float, mu: float, beta: float) -> None:
+def test_the_server_solves_one_contact_alike(seed: int, e: float, mu: float | None, beta: float) -> None:
     contact = random_contact(seed, seed % 2 == 0)
     a, b, n = body(contact.body_a), body(contact.body_b), np.array(contact.normal)
     arms = [tuple(np.subtract(contact.point, obj.position).tolist()) for obj in (contact.body_a, contact.body_b)]
     k = matrix(contact)
     push = (1 + e) * contact.approach_speed / float(n @ k @ n)
     slip = np.subtract(speed(contact.body_b, contact.point), speed(contact.body_a, contact.point)) + k @ (push * n)
-    (more,) = rub([Rub(0, 1, contact.normal, arms[0], arms[1], push, tuple(slip.tolist()), mu, beta)], [a, b])
+    limit = math.inf if mu is None else mu
+    one = Rub(0, 1, contact.normal, arms[0], arms[1], push, tuple(slip.tolist()), limit, beta)
+    (more,) = rub([one], [a, b])
+    if mu is None:
+        for same in rub([one, one._replace(i=2, j=3)], [a, b, a, b]):  # as one of many
+            assert same == pytest.approx(more, rel=1e-10, abs=1e-10 * push)
     both = push * n + np.array(more)
     assert touching_impulse(contact, e, mu, beta) == pytest.approx(both, rel=1e-11, abs=1e-11 * push)
 

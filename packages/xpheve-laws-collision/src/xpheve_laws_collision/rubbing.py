@@ -17,7 +17,7 @@ Contacts that are solved together are the same problem in more dimensions. The i
 across follow, with what they need along the normals so that no pushing contact's normal speed changes. The part w of the slips that no normal
 impulse can change then moves alone, and its energy is q . w + q . K q / 2. Where all stick q = -(1 + beta) K^-1 w; else it is 1 + beta times
 the q of least energy in all cones (Moreau 1988: the most dissipation). A convex function that is 0 at 0 is at most 0 there, and at any
-multiple up to 2: energy does not rise either.
+multiple up to 2: energy does not rise either. Contacts that would have to pull are let go, but for those of infinite friction.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import numpy.typing as npt
 
 from xpheve.kernels.quaternion import rotate_inverse
 from xpheve.kernels.vector import Vec, cross, dot, norm, scale
-from xpheve_laws_collision.turning import ONE, Body
+from xpheve_laws_collision.turning import ONE, Body, spun
 
 Array = npt.NDArray[np.float64]
 
@@ -61,14 +61,56 @@ class Rub(NamedTuple):
 
 def rub(contacts: Sequence[Rub], bodies: Sequence[Body]) -> list[Vec]:
     """The impulses [N s], world frame, that friction adds, on body j of each of the connected ``contacts``."""
+    if len(contacts) == 1:
+        return [_alone(contacts[0], bodies)]
     held = list(range(len(contacts)))
     while True:
         problem = _Slips(contacts, bodies, held)
         q = problem.solve()
-        pulled = [k for k, push in zip(held, problem.pushes(q)[held], strict=True) if push < 0.0]
+        pushes = problem.pushes(q)
+        pulled = [k for k in held if pushes[k] < 0.0 and contacts[k].friction < math.inf]
         if not pulled:
             return problem.vectors(q)
         held = [k for k in held if k not in pulled]  # nothing holds those back that friction takes apart
+
+
+def _alone(one: Rub, bodies: Sequence[Body]) -> Vec:
+    """The impulse of one contact, in closed form: b d of the head of this file."""
+    if not (one.friction > 0.0 and one.tangential > -1.0):
+        return (0.0, 0.0, 0.0)
+    n, slip = one.normal, one.slip
+    s, t = _across(n)
+    along, by_s, by_t = (_moved(one, bodies, direction) for direction in (n, s, t))
+    stiff, sn, tn = dot(n, along), dot(s, along), dot(t, along)
+    ss, tt = dot(s, by_s) - sn * sn / stiff, dot(t, by_t) - tn * tn / stiff
+    st = dot(s, by_t) - sn * tn / stiff
+    speed = dot(n, slip) / stiff
+    w_s, w_t = dot(s, slip) - sn * speed, dot(t, slip) - tn * speed
+    scale_by = (1.0 + one.tangential) / (ss * tt - st * st)
+    p_s, p_t = (st * w_t - tt * w_s) * scale_by, (st * w_s - ss * w_t) * scale_by
+    more = -(p_s * sn + p_t * tn) / stiff
+    size = math.hypot(p_s, p_t)
+    if one.friction < math.inf and size > one.friction * (one.push + more):
+        part = one.friction * one.push / (size - one.friction * more)
+        p_s, p_t, more = part * p_s, part * p_t, part * more
+    return (
+        more * n[0] + p_s * s[0] + p_t * t[0],
+        more * n[1] + p_s * s[1] + p_t * t[1],
+        more * n[2] + p_s * s[2] + p_t * t[2],
+    )
+
+
+def _moved(one: Rub, bodies: Sequence[Body], impulse: Vec) -> Vec:
+    """How much faster [m/s] the bodies part at the contact by ``impulse`` [N s]: K times it."""
+    x, y, z = 0.0, 0.0, 0.0
+    for number, arm in ((one.i, one.arm_i), (one.j, one.arm_j)):
+        body = bodies[number]
+        if body.inverse_mass:
+            turned = cross(spun(body, cross(arm, impulse)), arm)
+            x += body.inverse_mass * impulse[0] + turned[0]
+            y += body.inverse_mass * impulse[1] + turned[1]
+            z += body.inverse_mass * impulse[2] + turned[2]
+    return x, y, z
 
 
 class _Slips:
@@ -143,7 +185,7 @@ class _Slips:
     def _radii(self, q: Array) -> Array:
         """The radii [N s] of the cones where impulses ``q`` act."""
         pushes = self.pushes(q)
-        return np.array([self.contacts[k].friction * pushes[k] if pushes[k] > 0.0 else 0.0 for k in self.rubbing])
+        return np.array([_radius(self.contacts[k].friction, float(pushes[k])) for k in self.rubbing])
 
     def _scaled(self, q: Array) -> float:
         """The greatest part of ``q``, up to 1, that lies in all cones: |b q| <= mu (p + b c)."""
@@ -194,6 +236,12 @@ class _Slips:
             x, y, z = (along + a * p + b * r for along, p, r in zip(found[k], s, t, strict=True))
             found[k] = (x, y, z)
         return found
+
+
+def _radius(friction: float, push: float) -> float:
+    if friction == math.inf:
+        return math.inf
+    return friction * push if push > 0.0 else 0.0
 
 
 def _projected(q: Array, radii: Array) -> Array:

@@ -20,7 +20,7 @@ class Frictional(ResponseLaw):
     Momentum and angular momentum are kept. Energy never rises, whatever the shapes, spins and coefficients. Impacts at one instant are
     solved together: first along all normals, as by `collision:elastic`, then across them, each within its own cone.
 
-    Cost: as `collision:elastic`, and some 0.3 ms more for each set of connected contacts.
+    Cost: as `collision:elastic`, and for one contact about a third more; a millisecond or more for several that are connected.
 
     Benefits and drawbacks: the normal speed is reversed by e exactly, and energy does not rise, which Newton's law with slip integrated
     along the impact does not give (Kane's paradox); slip that changes its direction during one impact is not followed. Lasting contact
