@@ -79,7 +79,7 @@ class Fleet:
             self._take_over()
             for obj in world.bodies.objects:
                 self._replan(obj)
-        elif restructured:
+        if other or restructured:
             self.forget_scenery()
 
     def _take_over(self) -> None:
@@ -169,7 +169,7 @@ class Fleet:
         laws = world.ordered_laws(self.members.flying)
         self._laws = [law for law in laws if isinstance(law, ResponseLaw)]
         self._bits = {law: bit for bit, law in enumerate(laws)}
-        numbers = {law: k for k, law in enumerate(self._laws)}
+        numbers = {law: k for k, law in enumerate(self._laws) if not _grips_otherwise(law)}
         self.scenery = world.in_rank_order(
             {obj: None for law in laws for obj in world.mapping.objects(law) if obj.fixed and obj.rank >= 0}
         )
@@ -252,6 +252,7 @@ class Fleet:
                 bodies.turn_clock[:, turned] = changed.turn_clock
         counts = loop.take_counts()
         self.impacts += counts.impacts
+        self.server.impacts += counts.impacts
         self.predictions += counts.predictions
         state.numbers["impacts"] = state.numbers.get("impacts", 0.0) + counts.impacts
         for law, evaluations, joules in zip(self._laws, counts.evaluations, counts.work, strict=True):
@@ -274,7 +275,10 @@ class Fleet:
 
     def _special(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> Special:
         pair = self._pair(state, outcome.place, outcome.partner, outcome.is_scenery)
-        touching = self._cluster(state, loop, outcome) if outcome.kind != "rest" else []
+        touching: list[Pair] = []
+        if outcome.kind != "rest":
+            due = [self._pair(state, *one) for one in loop.due(outcome.instant)]
+            touching = list(dict.fromkeys([*due, *self._cluster(state, loop, outcome)]))
         return Special(outcome.kind, max(outcome.instant, self.world.time), pair, touching)
 
     def _cluster(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> list[Pair]:
@@ -315,13 +319,10 @@ class Fleet:
         self._count_again(special)
         server._keep()
         server.queued.pop(special.pair, None)
-        for pair in special.touching:
-            if pair != special.pair:
-                server.touching.setdefault(pair, self.world.time)
         if special.kind == "rest":
             self.world.transaction.later.append(lambda: server._predict(special.pair, True))
         else:
-            server._answer_impacts({special.pair: None})
+            server._answer_cluster(special.pair, special.touching)
 
     def _count_again(self, special: Special) -> None:
         if self._again[0] != special.instant:
@@ -376,6 +377,15 @@ class Fleet:
         ]
         words += [f"pair by pair: {law}: {why}" for law, why in found["not there"].items()]
         return words
+
+
+def _grips_otherwise(law: ResponseLaw) -> bool:
+    """Whether the server solves contacts of ``law`` by a ``grip`` that ``respond`` may know nothing of: of laws here both say the same."""
+    order = type(law).__mro__
+    grip, respond = (next(k for k, one in enumerate(order) if name in one.__dict__) for name in ("grip", "respond"))
+    if order[grip] is ResponseLaw:
+        return False
+    return grip < respond or not order[grip].__module__.startswith("xpheve_laws_collision.")
 
 
 __all__ = ["Fleet", "ImpactStepper"]

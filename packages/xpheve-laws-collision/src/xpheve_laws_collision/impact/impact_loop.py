@@ -470,6 +470,20 @@ class ImpactLoop:
         listed = self.n[rows.LISTS][2 * self.count : 2 * self.count + found].tolist()
         return [(one, False) if one >= 0 else (-1 - one, True) for one in listed]
 
+    def due(self, instant: Instant) -> list[tuple[int, int, bool]]:
+        """The pairs whose impacts are due at ``instant``, as (place, partner, whether it is scenery)."""
+        keys = self.f[rows.KEYS][: 2 * self.count].reshape(-1, 2)
+        found: list[tuple[int, int, bool]] = []
+        for at in np.flatnonzero((keys[:, 0] == instant[0]) & (keys[:, 1] == instant[1])).tolist():
+            event, place = self._event[at], self._place[at]
+            if (event[rows.HITS], event[rows.HITS + 1]) == instant:
+                found.append((at, int(place[rows.WALL]), True))
+            elif (event[rows.MEETS], event[rows.MEETS + 1]) == instant:
+                partner = int(place[rows.PARTNER])
+                if self._link[partner, rows.STAMP] == place[rows.SEEN]:
+                    found.append((at, partner, False))
+        return found
+
     # What has happened
 
     def changed(self) -> Changed:

@@ -358,6 +358,17 @@ class Prediction(Standing):
             if pair not in instant.first:
                 self._not_met(pair)
 
+    def _answer_cluster(self, pair: Pair, others: Sequence[Pair]) -> None:
+        """Answer ``pair``, which is due now, with those of ``others``, all that touches beside it, that approach as well."""
+        instant = ImpactInstant(self)
+        due = {pair: None}
+        for other in others:
+            if self._answered(other) and instant.approach(other) > 0.0:
+                due[other] = None
+            elif other != pair:
+                self.touching.setdefault(other, self.world.time)
+        self._answer_impacts(due)
+
     def _count_repeated(self, pairs: Iterable[Pair]) -> None:
         """Refuse pairs that meet at one instant again and again: bodies that are wedged, and bounce to and fro in no time."""
         if self.repeated[0] != self.world.time:
