@@ -19,6 +19,7 @@ from xpheve_laws_collision.impact import rows
 from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
+from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -29,7 +30,8 @@ FILES = {
     **{
         name: os.path.join(ROOM, f"{name}.py")
         for name in (
-            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "solids", "strike", "tournament"
+            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "since", "solids", "strike",
+            "tournament"
         )
     },
     **{name: os.path.join(TIMES, f"{name}.py") for name in ("rounded_box", "sphere_plane", "sphere_sphere")},
@@ -47,6 +49,8 @@ SOLIDS = {
 
 FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
+FEW_SHAPES = 48
+"""Up to so many bounded shapes few places look at all of them."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
 BREATH = {True: 1_000_000, False: 10_000}
 """Events of one call, compiled and interpreted, after which Python may be interrupted."""
@@ -180,12 +184,13 @@ class ImpactLoop:
         self.columns = tuple(responses.columns)
         self._solids = False
         self.periodic = None if periodic is None else tuple(float(one) for one in periodic)
-        self.celled = self.periodic is not None or (count > FEW if cells is None else cells)
+        self._cells = cells
+        self.celled = False
         self.grid: Grid | None = None
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
-        self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
-        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(9)]
+        self.f: list[Floats] = [np.zeros(1) for _ in range(11)]
+        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(10)]
         f, n = self.f, self.n
         f[rows.CONTACT] = np.zeros(response.SCRATCH)
         f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
@@ -194,6 +199,7 @@ class ImpactLoop:
         f[rows.SPACE] = np.zeros(rows.SPACES)
         f[rows.KEYS] = np.full(2 * leaves, math.inf)
         f[rows.KEYS][1::2] = 0.0
+        f[rows.PAIR] = np.zeros(2 * rows.STATES)
         n[rows.LAW] = np.zeros(4, dtype=np.int64)
         n[rows.PLACE] = np.zeros(rows.PLACES * max(1, count), dtype=np.int64)
         n[rows.LINK] = np.zeros(rows.LINKS * max(1, count), dtype=np.int64)
@@ -213,9 +219,9 @@ class ImpactLoop:
         self._place[:, rows.RANK] = np.arange(max(1, count))
         counts = self._counts
         counts[rows.COUNT], counts[rows.LEAVES_OF_TREE] = count, leaves
-        counts[rows.CELLED], counts[rows.OWN_COLUMNS] = self.celled, len(responses.columns)
+        counts[rows.OWN_COLUMNS] = len(responses.columns)
         counts[rows.MOST_AT_ONCE] = max(1000, 100 * count)
-        self._space[rows.BUSY_AT] = math.nan
+        self._space[rows.BUSY_AT], self._space[rows.SINCE] = math.nan, -math.inf
         self._now: Instant = (-math.inf, 0.0)
         self._linked: Any = None
         self._kernel: Any = None
@@ -277,6 +283,8 @@ class ImpactLoop:
             self._solids, self._kernel = solids, None
         self.f[rows.COLUMNS] = own.ravel()
         self._counts[rows.SCENES] = len(shapes)
+        self._bounded = is_bounded(shapes)
+        self._choose_cells(int(self._bounded.sum()))
         places = max(1, self.count)
         self.n[rows.LISTS] = np.zeros(3 * places + len(shapes), dtype=np.int64)
         self._counts[rows.DIRTIES] = 0
@@ -284,6 +292,30 @@ class ImpactLoop:
         self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
         self._counts[rows.CHANGES] = 0
         self._list_changes(np.flatnonzero(self._place[: self.count, rows.CHANGED]))
+
+    def _choose_cells(self, shapes: int) -> None:
+        """Whether there are cells; the lists of fixed shapes are made with them."""
+        wanted = self.count > FEW or shapes > FEW_SHAPES
+        self.celled = self.periodic is not None or (wanted if self._cells is None else self._cells)
+        self._counts[rows.CELLED], self.grid = self.celled, None
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
+
+    @property
+    def _shapes(self) -> Floats:
+        found: Floats = self.f[rows.SCENERY][:-1].reshape(-1, rows.SCENERIES)
+        return found
+
+    @property
+    def since(self) -> Instant:
+        """From when on scenery and laws are as they are: what they would have done to older flights before is none."""
+        return float(self._space[rows.SINCE]), float(self._space[rows.SINCE + 1])
+
+    @since.setter
+    def since(self, instant: Instant) -> None:
+        if self.since != instant:
+            self._space[rows.SINCE : rows.SINCE + 2] = instant
+            self._now = max(self._now, instant)
+            self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
 
     def _in_order(self, columns: Any, count: int) -> Floats:
         """Columns by name, or (columns, count), as (count, columns)."""
@@ -405,7 +437,12 @@ class ImpactLoop:
 
     def _lay_out(self) -> None:
         present = np.flatnonzero(self._place[: self.count, rows.PRESENT])
-        self.grid = grid = grid_for(self._state[present], self._now, self.periodic, not self._counts[rows.SCENES])
+        shapes = self._shapes
+        solid = bounds(shapes[self._bounded]) if self._bounded.any() else None
+        self.grid = grid = grid_for(
+            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid
+        )
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(shapes, grid)
         counts, space = self._counts, self._space
         counts[rows.GRID : rows.GRID + 3] = grid.sizes
         space[rows.WIDTH : rows.WIDTH + 3] = grid.widths
