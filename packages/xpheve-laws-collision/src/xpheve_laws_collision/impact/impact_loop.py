@@ -153,6 +153,9 @@ class ImpactLoop:
         Bits of the laws that listen to each (m,): where both sides of a pair have one, Python answers.
     scenery_columns
         Columns of the fixed shapes, as those of places: by name, or (columns, m).
+    scenery_bodies
+        Position [m], orientation, mass [kg] and moments of inertia [kg m^2] of each (m, 11), as laws read them; by default those of a
+        shape without mass that stands at its centre.
     periodic
         Lengths [m] of a periodic box from 0 on, infinite along open axes; None for none.
     compiled
@@ -176,6 +179,7 @@ class ImpactLoop:
         *,
         scenery_heard: Any = None,
         scenery_columns: Any = None,
+        scenery_bodies: Any = None,
         periodic: Sequence[float] | None = None,
         compiled: bool,
         cells: bool | None = None,
@@ -226,7 +230,7 @@ class ImpactLoop:
         self._linked: Any = None
         self._kernel: Any = None
         self.set_laws(laws_of_bit)
-        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard)
+        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard, scenery_bodies)
         if self.periodic is not None:
             self._begin_periodic(self.periodic)
 
@@ -267,7 +271,9 @@ class ImpactLoop:
             self.f[rows.WORK] = np.zeros(2 * max(1, len(each)))
         self.laws = len(each)
 
-    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None) -> None:
+    def set_scenery(
+        self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None
+    ) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
@@ -275,9 +281,16 @@ class ImpactLoop:
         both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
         both[: len(shapes), 1] = 0 if heard is None else heard
         self.n[rows.MASKS] = both.ravel()
-        own = np.full((len(shapes) + 1, response.MOST_COLUMNS), np.nan)
+        own = np.full((len(shapes) + 1, rows.FIXED), np.nan)
+        own[:-1, : rows.ITS] = 0.0
+        own[:-1, rows.FACES], own[:-1, rows.WEIGHS] = 1.0, math.inf
+        of_planes = shapes[:, rows.KIND] == rows.PLANE
+        centres = shapes[:, rows.CENTRE : rows.CENTRE + 3]
+        own[:-1, :3] = np.where(of_planes[:, np.newaxis], 0.0, centres)
+        if bodies is not None:
+            own[:-1, :11] = np.asarray(bodies, dtype=np.float64).reshape(len(shapes), 11)
         if columns is not None:
-            own[: len(shapes), : len(self.columns)] = self._in_order(columns, len(shapes))
+            own[: len(shapes), rows.ITS : rows.ITS + len(self.columns)] = self._in_order(columns, len(shapes))
         solids = bool((shapes[:, rows.KIND] >= rows.BOX).any())
         if solids != self._solids:
             self._solids, self._kernel = solids, None
@@ -355,11 +368,12 @@ class ImpactLoop:
         columns: Any,
         orientation: Any = None,
         turn_clock: Any = None,
+        streak: Any = None,
     ) -> None:
         """Put flights into ``places`` (k,): vectors (3, k), clocks (2, k), all else (k,); columns by name, or (columns, k).
 
         ``inertia`` may be (k,) or (3, k); ``orientation`` (4, k) is that at ``turn_clock`` (2, k), by default upright at ``clock``.
-        A mask of 0 empties a place. Streaks of losing impacts are kept.
+        A mask of 0 empties a place. ``streak`` (4, k) is as `streaks` has it; by default that of the place stays.
         """
         at = np.asarray(places, dtype=np.int64).reshape(-1)
         state, cold, place = self._state, self._cold, self._place
@@ -381,6 +395,11 @@ class ImpactLoop:
         cold[at, rows.TURN_TIME : rows.TURN_TIME + 2] = times.T if turn_clock is None else np.asarray(turn_clock).T
         if self.columns:
             cold[at, rows.OWN : rows.OWN + len(self.columns)] = self._in_order(columns, len(at))
+        if streak is not None:
+            found = np.asarray(streak, dtype=np.float64)
+            place[at, rows.STREAK], place[at, rows.STREAK_WITH] = found[0], found[3]
+            self._event[at, rows.LAST : rows.LAST + 2] = found[1:3].T
+        place[at, rows.QUIET] = 0
         self._link[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
         place[at, rows.PRESENT] = self._link[at, rows.MASK] != 0
         if len(at):
@@ -405,6 +424,17 @@ class ImpactLoop:
         """Do not look at a fixed shape, on which the place rests; -1 for none."""
         self._place[place, rows.SKIP] = scenery_row
         self._mark(np.array([place]))
+
+    def quiet(self, place: int) -> None:
+        """Report no rest of ``place`` until it is loaded again, or has had an impact: nothing comes of it."""
+        self._place[place, rows.QUIET] = 1
+        self._mark(np.array([place]))
+
+    def streaks(self, places: Any) -> Floats:
+        """Losing impacts of ``places`` in close succession (4, k): how many, the instant of the last, the partner (shapes: -1 less their row)."""
+        at = np.asarray(places, dtype=np.int64)
+        last = self._event[at, rows.LAST : rows.LAST + 2]
+        return np.stack([self._place[at, rows.STREAK], last[:, 0], last[:, 1], self._place[at, rows.STREAK_WITH]])
 
     def watch(self, places: Any) -> None:
         """Stop after each impact of these places, and of no others."""

@@ -6,7 +6,7 @@ STATE = 2  # a row a place: its flight
 EVENT = 3  # a row a place: what happens to it next
 COLD = 4  # a row a place: what only laws ask for
 SCENERY = 5  # a row a fixed shape
-COLUMNS = 6  # of fixed shapes, for laws
+COLUMNS = 6  # a row a fixed shape: what only laws ask for, then columns
 SPACE = 7  # see below
 KEYS = 8  # the instant of each place's next event, two floats
 WORK = 9  # a law's work [J] and the rest of its compensated sum
@@ -47,6 +47,11 @@ SPIN, MASS, INERTIA, TURNING, TURN_TIME, OWN = 0, 3, 4, 8, 12, 16
 # A row of f[SCENERY]
 SCENERIES = 24
 KIND, CENTRE, TURN, SIZE = 0, 1, 4, 13
+
+# A row of f[COLUMNS]
+FIXED = 32
+STANDS, FACES, WEIGHS, MOMENTS, ITS = 0, 3, 7, 8, 16
+"""Position, orientation, mass and moments of inertia of a fixed body, and its columns."""
 SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 
 # A row of n[PLACE]

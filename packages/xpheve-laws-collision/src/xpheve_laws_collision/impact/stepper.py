@@ -40,7 +40,7 @@ class ImpactStepper(FlightStepper):
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         state = FlightState(np.zeros(0, dtype=np.int64))
-        state.arrays["streak"] = np.zeros((3, 0))
+        state.arrays["streak"] = np.zeros((4, 0))
         self.join(state, rows, bodies, t)
         return state
 
