@@ -177,7 +177,10 @@ class Fleet:
             scenery_rows([self.server._shape(obj) for obj in self.scenery], bodies, rows),
             self._masks(self.scenery),
             np.concatenate([bodies.arrays[name][:, rows] for name in STANDING]).T,
-            {name: np.array(bodies.columns[name][rows]) for name in sorted({name for law in self._laws for name in law.columns})},
+            {
+                name: np.array(bodies.columns[name][rows])
+                for name in sorted({name for law in self._laws for name in law.columns})
+            },
             self._masks([bodies.objects[row] for row in state.rows.tolist()]),
             [numbers.get(law, -1) for law in laws],
         )

@@ -271,9 +271,7 @@ class ImpactLoop:
             self.f[rows.WORK] = np.zeros(2 * max(1, len(each)))
         self.laws = len(each)
 
-    def set_scenery(
-        self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None
-    ) -> None:
+    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)

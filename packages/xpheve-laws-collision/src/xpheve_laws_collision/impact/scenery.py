@@ -57,7 +57,11 @@ class Surroundings(NamedTuple):
 
     def read(self) -> tuple[Any, ...]:
         """What of it laws read."""
-        return self.bodies.tobytes(), {name: values.tobytes() for name, values in self.columns.items()}, self.laws_of_bit
+        return (
+            self.bodies.tobytes(),
+            {name: values.tobytes() for name, values in self.columns.items()},
+            self.laws_of_bit,
+        )
 
 
 def scenery_rows(shapes: Sequence[Any], bodies: Any, rows: Sequence[int]) -> Array:

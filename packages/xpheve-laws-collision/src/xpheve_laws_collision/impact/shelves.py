@@ -6,7 +6,6 @@ Cells a whole number of grids apart share a list, as they share the places in th
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt

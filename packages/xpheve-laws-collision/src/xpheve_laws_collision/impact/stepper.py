@@ -41,6 +41,7 @@ class ImpactStepper(FlightStepper):
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         state = FlightState(np.zeros(0, dtype=np.int64))
         state.arrays["streak"] = np.zeros((4, 0))
+        state.numbers["since"], state.numbers["since_rest"] = t
         self.join(state, rows, bodies, t)
         return state
 
