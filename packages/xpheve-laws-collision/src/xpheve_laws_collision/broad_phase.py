@@ -285,10 +285,9 @@ class BroadPhase:
             bent = bend2 > 0.0
             if bent.any():
                 reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
-            if curve is not None:
-                with np.errstate(invalid="ignore"):  # no bound, over no time
+                if curve is not None:
                     own, others = curve[row] * (horizon + ahead) ** 2, curve[which] * (horizon + behind) ** 2
-                reach += 0.5 * (np.nan_to_num(own, posinf=np.inf) + np.nan_to_num(others, posinf=np.inf))
+                    reach += 0.5 * (np.nan_to_num(own, posinf=np.inf) + np.nan_to_num(others, posinf=np.inf))
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
             far: NDArray[np.bool_] = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2

@@ -646,11 +646,16 @@ class World:
                     self._plan_motion()
         self.wakeups.plan()
 
+    def note_listeners(self) -> None:
+        """The laws that wait for contacts now have done so before: nothing is to be predicted for their sake."""
+        self._waiting = {law for law in self.laws if contacts_wanted.waits_for_contacts(law)}
+
     def _listen(self) -> None:
         """Have contacts predicted of objects on whose laws containers have begun to wait for them, and that are not about to be planned anyway."""
         assert self.contacts is not None
-        waiting = {law for law in self.laws if contacts_wanted.waits_for_contacts(law)}
-        new, self._waiting = waiting - self._waiting, waiting
+        before = self._waiting
+        self.note_listeners()
+        new = self._waiting - before
         found = {obj for law in new for obj in self.mapping.objects(law) if obj.rank >= 0 and obj not in self.unplanned}
         if found:
             self.contacts.refresh([obj._row for obj in self.in_rank_order(found)])

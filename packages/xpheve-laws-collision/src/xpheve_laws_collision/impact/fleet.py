@@ -73,14 +73,20 @@ class Fleet:
         restructured = self._seen is None or seen[0] != self._seen[0]
         self._seen = seen
         heard = [law for law in world.laws if self.server._hears(law)]
-        known = bool(self.members.flying)
         other = self.members.decide(world, heard)
-        if known and (other or restructured):
-            self.forget_scenery()
         if other:
             self.server.broad_phase.forget()
+            self._take_over()
             for obj in world.bodies.objects:
                 self._replan(obj)
+        if other or restructured:
+            self.forget_scenery()
+
+    def _take_over(self) -> None:
+        """Void what the server has queued for pairs that fly from now on."""
+        queued = self.server.queued
+        for pair in [pair for pair in queued if all(map(self.flies, pair))]:
+            queued.pop(pair).alive = False
 
     def _replan(self, obj: PhysicalObject) -> None:
         number = int(self.world.bodies.batch[obj._row])
@@ -168,7 +174,7 @@ class Fleet:
         laws = world.ordered_laws(self.members.flying)
         self._laws = [law for law in laws if isinstance(law, ResponseLaw)]
         self._bits = {law: bit for bit, law in enumerate(laws)}
-        numbers = {law: k for k, law in enumerate(self._laws)}
+        numbers = {law: k for k, law in enumerate(self._laws) if not _grips_otherwise(law)}
         self.scenery = world.in_rank_order(
             {obj: None for law in laws for obj in world.mapping.objects(law) if obj.fixed and obj.rank >= 0}
         )
@@ -287,6 +293,7 @@ class Fleet:
                 bodies.turn_clock[:, turned] = changed.turn_clock
         counts = loop.take_counts()
         self.impacts += counts.impacts
+        self.server.impacts += counts.impacts
         self.predictions += counts.predictions
         state.numbers["impacts"] = state.numbers.get("impacts", 0.0) + counts.impacts
         for law, evaluations, joules in zip(self._laws, counts.evaluations, counts.work, strict=True):
@@ -309,7 +316,10 @@ class Fleet:
 
     def _special(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> Special:
         pair = self._pair(state, outcome.place, outcome.partner, outcome.is_scenery)
-        touching = self._cluster(state, loop, outcome) if outcome.kind != "rest" else []
+        touching: list[Pair] = []
+        if outcome.kind != "rest":
+            due = [self._pair(state, *one) for one in loop.due(outcome.instant)]
+            touching = list(dict.fromkeys([*due, *self._cluster(state, loop, outcome)]))
         return Special(outcome.kind, max(outcome.instant, self.world.time), pair, touching)
 
     def _cluster(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> list[Pair]:
@@ -350,13 +360,10 @@ class Fleet:
         self._count_again(special)
         server._keep()
         server.queued.pop(special.pair, None)
-        for pair in special.touching:
-            if pair != special.pair:
-                server.touching.setdefault(pair, self.world.time)
         if special.kind == "rest":
             self.world.transaction.later.append(lambda: self._rest(special))
         else:
-            server._answer_impacts({special.pair: None})
+            server._answer_cluster(special.pair, special.touching)
 
     def _rest(self, special: Special) -> None:
         """Ask the server about a pair that seems to rest; what it has nothing to do about is not to be told again."""
@@ -422,6 +429,15 @@ class Fleet:
         ]
         words += [f"pair by pair: {law}: {why}" for law, why in found["not there"].items()]
         return words
+
+
+def _grips_otherwise(law: ResponseLaw) -> bool:
+    """Whether the server solves contacts of ``law`` by a ``grip`` that ``respond`` may know nothing of: of laws here both say the same."""
+    order = type(law).__mro__
+    grip, respond = (next(k for k, one in enumerate(order) if name in one.__dict__) for name in ("grip", "respond"))
+    if order[grip] is ResponseLaw:
+        return False
+    return grip < respond or not order[grip].__module__.startswith("xpheve_laws_collision.")
 
 
 __all__ = ["Fleet", "ImpactStepper"]

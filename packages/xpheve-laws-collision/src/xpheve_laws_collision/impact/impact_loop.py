@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from xpheve.compile import assemble, compiled, interpreted
+from xpheve.compile import assemble, compiled
 from xpheve.errors import ContactError
 from xpheve.kernels import response
 from xpheve.kernels.clock import NEVER, Instant
@@ -122,11 +122,6 @@ class Counts(NamedTuple):
     crossings: int
     evaluations: list[int]
     work: list[float]
-
-
-@lru_cache(maxsize=16)
-def _interpreted_text(text: str, files: tuple[tuple[str, str], ...], solids: bool) -> str:
-    return assemble(f"{text}\n\n{SOLIDS[solids]}{ENTRY}", {**FILES, **dict(files)}, declared=DECLARED)
 
 
 @lru_cache(maxsize=2)
@@ -450,8 +445,9 @@ class ImpactLoop:
     def _make(self) -> None:
         responses = self.responses
         if not self.compiled:
-            text = _interpreted_text(responses.text, tuple(sorted(responses.files.items())), self._solids)
-            self._kernel = interpreted(text, what="impact loop")
+            from xpheve_laws_collision.impact.as_files import AsFiles
+
+            self._kernel = AsFiles(responses.text, dict(responses.files), self._solids)
             return
         text = assemble(responses.text + "\n\n" + RESPOND, responses.files)
         self._linked = compiled(text, what="answers of collision laws")
@@ -538,6 +534,20 @@ class ImpactLoop:
         found = self._call(NEAR)
         listed = self.n[rows.LISTS][2 * self.count : 2 * self.count + found].tolist()
         return [(one, False) if one >= 0 else (-1 - one, True) for one in listed]
+
+    def due(self, instant: Instant) -> list[tuple[int, int, bool]]:
+        """The pairs whose impacts are due at ``instant``, as (place, partner, whether it is scenery)."""
+        keys = self.f[rows.KEYS][: 2 * self.count].reshape(-1, 2)
+        found: list[tuple[int, int, bool]] = []
+        for at in np.flatnonzero((keys[:, 0] == instant[0]) & (keys[:, 1] == instant[1])).tolist():
+            event, place = self._event[at], self._place[at]
+            if (event[rows.HITS], event[rows.HITS + 1]) == instant:
+                found.append((at, int(place[rows.WALL]), True))
+            elif (event[rows.MEETS], event[rows.MEETS + 1]) == instant:
+                partner = int(place[rows.PARTNER])
+                if self._link[partner, rows.STAMP] == place[rows.SEEN]:
+                    found.append((at, partner, False))
+        return found
 
     # What has happened
 

@@ -23,7 +23,6 @@ from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
 
 if TYPE_CHECKING:
-    from xpheve.steppers.contract import Flight
     from xpheve_laws_collision.impact_time.curved import CurvedFamily, Side
 
 LOOKS = 3  # searches of one pair in a row that hardly moved on
@@ -49,6 +48,8 @@ class Prediction(Standing):
             if not objects:
                 return
         if broad.moving < MANY:
+            if self.swept != NEVER:  # the others are known up to the end of the window only
+                objects = [world.bodies.objects[row] for row in broad.rows.tolist()]
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
             self._predict_standing(set(objects))
@@ -103,7 +104,12 @@ class Prediction(Standing):
         if entries is not None and self.swept != NEVER and world.time < self.swept:
             return  # a later window is open already
         if broad.moving < MANY:
-            self.swept = NEVER
+            if self.swept != NEVER:
+                self.swept = NEVER
+                done: set[PhysicalObject] = set()
+                for obj in [world.bodies.objects[row] for row in broad.rows.tolist()]:
+                    self._predict_all(obj, done)
+                    done.add(obj)
             return
         span = broad.window()
         found = broad.sweep(min(span, 1e300))
@@ -143,7 +149,7 @@ class Prediction(Standing):
             return
         flight = world.flight(obj._row)
         if flight.curved:
-            self._predict_curved(obj, flight, done)
+            self._predict_on_curve(obj, laws, done)
             return
         clock = world.bodies.clock_of(obj._row)
         whole = min(self.swept, flight.t1)
@@ -161,19 +167,22 @@ class Prediction(Standing):
         if first < whole:
             world.schedule(first, AFTER, (obj.rank,), self._look_on, ((obj, int(world.bodies.version[obj._row])),))
 
-    def _predict_curved(self, obj: PhysicalObject, flight: Flight, done: set[PhysicalObject]) -> None:
-        """The same of one that flies on a curve: all that is near its window."""
-        laws, mapping, broad = self._asking_laws(obj), self.world.mapping, self.broad_phase
-        begin, end = self.curves.window(obj, flight)
-        near = broad.near(obj._row, max(elapsed(min(self.swept, end), begin), 0.0)).tolist()
-        for other in [*broad.planes, *(self.world.bodies.objects[row] for row in near)]:
-            if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
-                self._predict(self._pair(obj, other))
-
     def _look_on(self, entries: list[Entry]) -> None:
         """Objects that fly on after the first of what was predicted for them: what they meet next."""
         for entry in entries:
             self._predict_all(entry.guards[0][0], set())
+
+    def _predict_on_curve(self, obj: PhysicalObject, laws: dict[Any, Instant], done: set[PhysicalObject]) -> None:
+        """`_predict_all` of what flies on a curve: within its window."""
+        world, broad, mapping = self.world, self.broad_phase, self.world.mapping
+        for other in broad.planes:
+            if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
+        begin, end = self.curves.window(obj, world.flight(obj._row))
+        for row in broad.near(obj._row, max(elapsed(min(self.swept, end), begin), 0.0)).tolist():
+            other = world.bodies.objects[row]
+            if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
 
     def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Of those that fly only what stands, or seems to be ``resting``, is asked."""
@@ -202,16 +211,15 @@ class Prediction(Standing):
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
         horizon = elapsed(end, start)
-        asked = curved or standing is not None or pair == self.near or pair in self.collapsing
-        if not asked and not self._is_support(pair):
+        plain = family
+        if curved:
+            family = self._curved(plain, one, two, start)
+        elif standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
             wait = family.apart_for(mover_one, mover_two)
             if not wait <= horizon or wait == math.inf:
                 return NEVER
             if later(start, wait) > world.time:
                 return self._queue(pair, start, wait, self._nearer)
-        plain = family
-        if curved:
-            family = self._curved(plain, one, two, start)
         gap = family.gap(mover_one, mover_two)
         if not (mover_one.shape.kind in ROUND and mover_two.shape.kind in ROUND):
             gap = gap._replace(still=TURNING * gap.still)
@@ -356,6 +364,17 @@ class Prediction(Standing):
         for pair in answered:
             if pair not in instant.first:
                 self._not_met(pair)
+
+    def _answer_cluster(self, pair: Pair, others: Sequence[Pair]) -> None:
+        """Answer ``pair``, which is due now, with those of ``others``, all that touches beside it, that approach as well."""
+        instant = ImpactInstant(self)
+        due = {pair: None}
+        for other in others:
+            if self._answered(other) and instant.approach(other) > 0.0:
+                due[other] = None
+            elif other != pair:
+                self.touching.setdefault(other, self.world.time)
+        self._answer_impacts(due)
 
     def _count_repeated(self, pairs: Iterable[Pair]) -> None:
         """Refuse pairs that meet at one instant again and again: bodies that are wedged, and bounce to and fro in no time."""

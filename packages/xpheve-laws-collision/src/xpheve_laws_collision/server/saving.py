@@ -55,7 +55,7 @@ class Saving(Prediction):
 
     def report(self) -> dict[str, Any]:
         return {
-            "impacts": self.impacts + self.fleet.impacts,
+            "impacts": self.impacts,
             "generations": self.generations,
             "predictions": self.predictions,
             "touching": [f"{a.label} - {b.label}" for a, b in self.touching],
