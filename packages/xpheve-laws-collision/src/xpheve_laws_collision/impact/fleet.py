@@ -73,15 +73,14 @@ class Fleet:
         restructured = self._seen is None or seen[0] != self._seen[0]
         self._seen = seen
         heard = [law for law in world.laws if self.server._hears(law)]
-        known = bool(self.members.flying)
         other = self.members.decide(world, heard)
-        if known and (other or restructured):
-            self.forget_scenery()
         if other:
             self.server.broad_phase.forget()
             self._take_over()
             for obj in world.bodies.objects:
                 self._replan(obj)
+        if other or restructured:
+            self.forget_scenery()
 
     def _take_over(self) -> None:
         """Void what the server has queued for pairs that fly from now on."""
@@ -287,6 +286,7 @@ class Fleet:
             bodies.arrays["position"][:, rows] = changed.position
             bodies.arrays["velocity"][:, rows] = changed.velocity
             bodies.clock[:, rows] = changed.clock
+            bodies.version[rows] += changed.flights - 1  # one is counted for the call, however many were flown in it
             if len(changed.turned):
                 turned = state.rows[changed.turned]
                 bodies.arrays["orientation"][:, turned] = changed.orientation

@@ -100,6 +100,8 @@ class Changed(NamedTuple):
     ----------
     places
         Ascending (k,), with position [m] and velocity [m/s] (3, k) at their clocks (2, k).
+    flights
+        How many new flights each of ``places`` had.
     turned
         Those whose spin is another, (t,), with spin [rad/s] (3, t), and orientation (4, t) at ``turn_clock`` (2, t).
     """
@@ -112,6 +114,7 @@ class Changed(NamedTuple):
     spin: Floats
     orientation: Floats
     turn_clock: Floats
+    flights: Ints
 
 
 class Counts(NamedTuple):
@@ -557,6 +560,7 @@ class ImpactLoop:
         first = self.count
         at = np.sort(self.n[rows.LISTS][first : first + int(counts[rows.CHANGES])])
         counts[rows.CHANGES] = 0
+        flown = self._place[at, rows.CHANGED]
         self._place[at, rows.CHANGED] = 0
         turned = at[self._place[at, rows.TURNED] != 0]
         self._place[turned, rows.TURNED] = 0
@@ -570,6 +574,7 @@ class ImpactLoop:
             cold[:, rows.SPIN : rows.SPIN + 3].T.copy(),
             cold[:, rows.TURNING : rows.TURNING + 4].T.copy(),
             cold[:, rows.TURN_TIME : rows.TURN_TIME + 2].T.copy(),
+            flown,
         )
 
     def take_counts(self) -> Counts:

@@ -48,6 +48,8 @@ class Prediction(Standing):
             if not objects:
                 return
         if broad.moving < MANY:
+            if self.swept != NEVER:  # the others are known up to the end of the window only
+                objects = [world.bodies.objects[row] for row in broad.rows.tolist()]
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
             self._predict_standing(set(objects))
@@ -102,7 +104,12 @@ class Prediction(Standing):
         if entries is not None and self.swept != NEVER and world.time < self.swept:
             return  # a later window is open already
         if broad.moving < MANY:
-            self.swept = NEVER
+            if self.swept != NEVER:
+                self.swept = NEVER
+                done: set[PhysicalObject] = set()
+                for obj in [world.bodies.objects[row] for row in broad.rows.tolist()]:
+                    self._predict_all(obj, done)
+                    done.add(obj)
             return
         span = broad.window()
         found = broad.sweep(min(span, 1e300))
