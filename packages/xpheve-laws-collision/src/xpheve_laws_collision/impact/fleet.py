@@ -286,6 +286,7 @@ class Fleet:
             bodies.arrays["position"][:, rows] = changed.position
             bodies.arrays["velocity"][:, rows] = changed.velocity
             bodies.clock[:, rows] = changed.clock
+            bodies.version[rows] += changed.flights - 1  # one is counted for the call, however many were flown in it
             if len(changed.turned):
                 turned = state.rows[changed.turned]
                 bodies.arrays["orientation"][:, turned] = changed.orientation

@@ -308,8 +308,8 @@ def fly_on(f: Any, n: Any, i: int, x: Vec, v: Vec, now: Instant) -> int:
     n[LINK][LINKS * i + STAMP] += 1
     place[p + QUIET] = 0
     begin_again(f, n, i)
-    if place[p + CHANGED] == 0:
-        place[p + CHANGED] = 1
+    place[p + CHANGED] += 1
+    if place[p + CHANGED] == 1:
         n[LISTS][n[COUNTS][COUNT] + n[COUNTS][CHANGES]] = i
         n[COUNTS][CHANGES] += 1
     return 0
