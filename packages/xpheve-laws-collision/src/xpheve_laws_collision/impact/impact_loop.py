@@ -503,14 +503,7 @@ class ImpactLoop:
     def _look_for_quiet(self, first: int, due: Instant) -> Instant:
         """Until when nothing meets, if what is ``due`` at place ``first`` is no more than leaving a cell, and places are few and far between."""
         event, grid = self._event, self.grid
-        if (
-            self._restless
-            or grid is None
-            or self._bounded.any()
-            or self.periodic is not None
-            or self.count < SPARSE
-            or self._quiet > due
-        ):
+        if self._restless or grid is None or self.periodic is not None or self.count < SPARSE or self._quiet > due:
             return self._quiet
         leaves = (event[first, rows.LEAVES], event[first, rows.LEAVES + 1]) == due
         apart = not self._bounded.any() and min(grid.widths) > WIDE * grid.diameter
