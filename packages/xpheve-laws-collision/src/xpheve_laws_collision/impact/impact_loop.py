@@ -185,7 +185,7 @@ class ImpactLoop:
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
         self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
-        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(9)]
+        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(11)]
         f, n = self.f, self.n
         f[rows.CONTACT] = np.zeros(response.SCRATCH)
         f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
@@ -199,6 +199,7 @@ class ImpactLoop:
         n[rows.LINK] = np.zeros(rows.LINKS * max(1, count), dtype=np.int64)
         n[rows.COUNTS] = np.zeros(rows.COUNTED, dtype=np.int64)
         n[rows.TREE] = _nobody_first(leaves)
+        n[rows.NEARBY] = np.zeros(rows.NEARS * rows.MOST_NEARBY, dtype=np.int64)
         n[rows.HEADS] = np.full(1, -1, dtype=np.int64)
         self._state = f[rows.STATE].reshape(-1, rows.STATES)
         self._event = f[rows.EVENT].reshape(-1, rows.EVENTS)
