@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from xpheve.kernels.clock import elapsed, later
+from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve_laws_collision.impact.limits import vector
 from xpheve_laws_collision.impact.meetings import moved, sped
@@ -75,12 +75,12 @@ def seen_from_cells(f: Any, i: int, now: tuple[float, float]) -> tuple[Vec, Vec,
     state = f[STATE]
     space = f[SPACE]
     a = STATES * i
-    s = elapsed(now, (state[a + TIME], state[a + TIME + 1]))
+    s = (now[0] - state[a + TIME]) + (now[1] - state[a + TIME + 1])
     pull = vector(state, a + PULL)
     v = vector(state, a + V)
     x = moved(vector(state, a + X), v, pull, s)
     v = sped(v, pull, s)
-    s = elapsed(now, (space[FRAME_TIME], space[FRAME_TIME + 1]))
+    s = (now[0] - space[FRAME_TIME]) + (now[1] - space[FRAME_TIME + 1])
     own_pull = vector(space, FRAME + 6)
     own_v = vector(space, FRAME + 3)
     own_x = moved(vector(space, FRAME), own_v, own_pull, s)
@@ -161,6 +161,12 @@ def wait_to_leave(f: Any, n: Any, i: int, now: tuple[float, float]) -> int:
         if not abs(x[c]) < FARTHEST * width[c]:
             continue
         inside = x[c] - place[p + CELL_AT + c] * width[c]
+        if pull[c] == 0.0:
+            gap = width[c] - inside if v[c] > 0.0 else inside
+            if v[c] != 0.0 and gap < best * abs(v[c]):
+                best = max(gap, 0.0) / abs(v[c])
+                way = c + 1 if v[c] > 0.0 else -c - 1
+            continue
         up = closing_time(width[c] - inside, 0.0 - v[c], 0.0 - pull[c])
         if up < best:
             best = up
