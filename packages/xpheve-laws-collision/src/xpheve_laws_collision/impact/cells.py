@@ -25,6 +25,7 @@ from xpheve_laws_collision.impact.rows import (
     COUNTS,
     EVENT,
     EVENTS,
+    FOLDED,
     FRAME,
     FRAME_TIME,
     GRID,
@@ -108,25 +109,34 @@ def link(f: Any, n: Any, i: int) -> int:
     """Put ``i`` into the list of its cell."""
     place = n[PLACE]
     counts = n[COUNTS]
-    heads = n[HEADS]
     p = PLACES * i
     w = STATES * i + WRAPS
     state = f[STATE]
-    cell = 0
     for c in range(3):
         size = counts[GRID + c]
         at = place[p + CELL_AT + c]
         folded = at % size
-        cell = cell * size + folded
+        place[p + FOLDED + c] = folded
         state[w + c] = float((at - folded) // size) if counts[PERIODIC + c] else 0.0
+    return enter(n, i)
+
+
+def enter(n: Any, i: int) -> int:
+    """Put ``i`` into the list of its folded cell."""
+    place = n[PLACE]
+    counts = n[COUNTS]
+    heads = n[HEADS]
+    links = n[LINK]
+    p = PLACES * i
+    cell = (place[p + FOLDED] * counts[GRID + 1] + place[p + FOLDED + 1]) * counts[GRID + 2] + place[p + FOLDED + 2]
     first = heads[cell]
     place[p + CELL] = cell
-    n[LINK][LINKS * i + BEFORE] = -1
-    n[LINK][LINKS * i + NEXT] = first
+    links[LINKS * i + BEFORE] = -1
+    links[LINKS * i + NEXT] = first
     if first >= 0:
-        n[LINK][LINKS * first + BEFORE] = i
+        links[LINKS * first + BEFORE] = i
     heads[cell] = i
-    return cell
+    return 0
 
 
 def take_out(n: Any, i: int) -> int:
@@ -193,8 +203,17 @@ def step_over(f: Any, n: Any, i: int) -> int:
     p = PLACES * i
     way = place[p + WAY]
     take_out(n, i)
-    place[p + CELL_AT + abs(way) - 1] += 1 if way > 0 else -1
-    return link(f, n, i)
+    c = abs(way) - 1
+    one = 1 if way > 0 else -1
+    size = n[COUNTS][GRID + c]
+    at = place[p + FOLDED + c] + one
+    place[p + CELL_AT + c] += one
+    if at < 0 or at >= size:  # into another box, or another turn of the grid
+        at -= one * size
+        if n[COUNTS][PERIODIC + c]:
+            f[STATE][STATES * i + WRAPS + c] += one
+    place[p + FOLDED + c] = at
+    return enter(n, i)
 
 
 def begin_again(f: Any, n: Any, i: int) -> int:

@@ -12,12 +12,12 @@ from xpheve_laws_collision.impact.limits import ULPS, vector
 from xpheve_laws_collision.impact.meetings import SURE, hit, meeting
 from xpheve_laws_collision.impact.rows import (
     BOX,
-    CELL_AT,
     CELLED,
     COUNT,
     COUNTS,
     EVENT,
     EVENTS,
+    FOLDED,
     GRID,
     HEADS,
     HITS,
@@ -203,7 +203,7 @@ def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
     p = PLACES * i
     mask = n[LINK][LINKS * i + MASK]
     nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
-    x, y, z = place[p + CELL_AT] % nx, place[p + CELL_AT + 1] % ny, place[p + CELL_AT + 2] % nz
+    x, y, z = place[p + FOLDED], place[p + FOLDED + 1], place[p + FOLDED + 2]
     first, last = reach_of(n, 0, x, way)
     first_y, last_y = reach_of(n, 1, y, way)
     first_z, last_z = reach_of(n, 2, z, way)

@@ -55,10 +55,11 @@ SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 
 # A row of n[PLACE]
 PLACES = 24
+FOLDED = 0
 HEARD, RANK, SKIP, WATCHED = 4, 5, 6, 7
 CELL, CELL_AT, WAY, PARTNER, SEEN, MEETS_HOW, WALL, HITS_HOW = 8, 9, 12, 13, 14, 15, 16, 17
 STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT, TURNED = 18, 19, 20, 21, 22, 23
-"""CELL: which list the place is in; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""
+"""FOLDED: the coordinates of the list the place is in, and CELL: which that is; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""
 
 # f[SPACE]
 LIMIT, BOX, WIDTH, FRAME_TIME, FRAME, BUSY_AT, AT = 0, 2, 5, 8, 10, 19, 21

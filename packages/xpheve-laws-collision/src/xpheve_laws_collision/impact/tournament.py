@@ -85,11 +85,11 @@ def replay(f: Any, n: Any, i: int) -> int:
     while node > 1:
         other = tree[node ^ 1]
         rival = key[2 * other]
-        if rival < high:
-            best = other
-            high = rival
-        elif rival == high:
+        if rival == high:
             best = winner(f, n, best, other) if node & 1 == 0 else winner(f, n, other, best)
+        else:
+            best = other if rival < high else best
+            high = rival if rival < high else high
         node >>= 1
         if tree[node] == best and best != i:
             return 0  # who wins here has not changed, nor has its instant
