@@ -199,7 +199,7 @@ class ImpactLoop:
         n[rows.LINK] = np.zeros(rows.LINKS * max(1, count), dtype=np.int64)
         n[rows.COUNTS] = np.zeros(rows.COUNTED, dtype=np.int64)
         n[rows.TREE] = _nobody_first(leaves)
-        n[rows.NEARBY] = np.zeros(rows.NEARS * rows.MOST_NEARBY, dtype=np.int64)
+        n[rows.NEARBY] = np.zeros(rows.NEARS * (rows.LAST_NEARBY + 1), dtype=np.int64)
         n[rows.HEADS] = np.full(1, -1, dtype=np.int64)
         self._state = f[rows.STATE].reshape(-1, rows.STATES)
         self._event = f[rows.EVENT].reshape(-1, rows.EVENTS)

@@ -23,6 +23,7 @@ from xpheve_laws_collision.impact.rows import (
     HITS,
     HITS_HOW,
     KEYS,
+    LAST_NEARBY,
     LEAVES,
     LINK,
     LINKS,
@@ -30,7 +31,6 @@ from xpheve_laws_collision.impact.rows import (
     MASKS,
     MEETS,
     MEETS_HOW,
-    MOST_NEARBY,
     NEARBY,
     NEARS,
     NEXT,
@@ -120,15 +120,56 @@ def look_around(f: Any, n: Any, i: int, way: int, but: int) -> int:
     return touching
 
 
-def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
-    """Predict ``i`` with the first ``count`` places noted as nearby: how many touch it, ``but`` left out.
+def reach_of(n: Any, c: int, at: int, way: int) -> tuple[int, int]:
+    """The first and last neighbour along axis ``c`` of a cell whose folded coordinate is ``at``."""
+    if abs(way) == c + 1:
+        one = 1 if way > 0 else -1
+        return (one, one)
+    size = n[COUNTS][GRID + c]
+    if n[COUNTS][PERIODIC + c] or size > 2:
+        return (-1, 1)
+    return (0, size - 1)  # all there are, each once
 
-    Most of them are seen to pass at a glance, in plain floats: their centres, on a straight way past each other, do not come within a
+
+def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
+    """`look_around` with cells."""
+    place = n[PLACE]
+    counts = n[COUNTS]
+    heads = n[HEADS]
+    p = PLACES * i
+    nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
+    x, y, z = place[p + FOLDED], place[p + FOLDED + 1], place[p + FOLDED + 2]
+    first, last = reach_of(n, 0, x, way)
+    first_y, last_y = reach_of(n, 1, y, way)
+    first_z, last_z = reach_of(n, 2, z, way)
+    nearby = n[NEARBY]
+    found = 0
+    for at_x in range(x + first, x + last + 1):
+        over_x = -1 if at_x < 0 else (1 if at_x >= nx else 0)
+        row = (at_x - over_x * nx) * ny
+        for at_y in range(y + first_y, y + last_y + 1):
+            over_y = -1 if at_y < 0 else (1 if at_y >= ny else 0)
+            line = (row + at_y - over_y * ny) * nz
+            over_xy = over_x + 21 + 4 * over_y
+            for at_z in range(z + first_z, z + last_z + 1):
+                over = -1 if at_z < 0 else (1 if at_z >= nz else 0)
+                head = heads[line + at_z - over * nz]
+                nearby[NEARS * found] = head
+                nearby[NEARS * found + 1] = over_xy + 16 * over
+                found += 1 if head >= 0 else 0
+    return look_at_nearby(f, n, i, found, but)
+
+
+def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
+    """Predict ``i`` with the ``count`` lists noted as nearby: how many places touch it, ``but`` left out.
+
+    The lists are followed side by side, each place followed by the next of its list, so that no branch depends on how long they are. Most places of them are seen to pass at a glance, in plain floats: their centres, on a straight way past each other, do not come within a
     little more than the sum of the radii, or not before what is known already. What is left out so changes no bit of what is found.
     """
     state = f[STATE]
     event = f[EVENT]
     nearby = n[NEARBY]
+    links = n[LINK]
     box = vector(f[SPACE], BOX)
     a = STATES * i
     e = EVENTS * i + MEETS
@@ -141,11 +182,25 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
     slack = ULPS * (abs(xa[0]) + abs(xa[1]) + abs(xa[2]) + box[0] + box[1] + box[2]) * 64.0
     reach = AT_A_GLANCE * state[a + RADIUS] + slack
     until = (event[e] - high) + (event[e + 1] - low)
+    mask = links[LINKS * i + MASK]
     touching = 0
-    for m in range(count):
-        j = nearby[NEARS * m]
+    skipped = 0
+    m = 0
+    while m < count:
+        at = NEARS * (m & LAST_NEARBY)
+        to = NEARS * (count & LAST_NEARBY)
+        j = nearby[at]
+        over = nearby[at + 1]
+        after = links[LINKS * j + NEXT]
+        nearby[to] = after
+        nearby[to + 1] = over
+        count += 1 if after >= 0 else 0
+        m += 1
+        if j == i or links[LINKS * j + MASK] & mask == 0:
+            skipped += 1
+            continue
         b = STATES * j
-        k = (wraps[0] + nearby[NEARS * m + 1], wraps[1] + nearby[NEARS * m + 2], wraps[2] + nearby[NEARS * m + 3])
+        k = (wraps[0] + ((over & 3) - 1), wraps[1] + ((over >> 2 & 3) - 1), wraps[2] + ((over >> 4) - 1))
         if pull[0] == state[b + PULL] and pull[1] == state[b + PULL + 1] and pull[2] == state[b + PULL + 2]:
             s = (high - state[b + TIME]) + (low - state[b + TIME + 1])
             vx = state[b + V] + s * pull[0]
@@ -181,61 +236,8 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
         if touches and j != but:
             touching += 1
         until = (event[e] - high) + (event[e + 1] - low)
+    n[COUNTS][PREDICTIONS] += count - skipped
     return touching
-
-
-def reach_of(n: Any, c: int, at: int, way: int) -> tuple[int, int]:
-    """The first and last neighbour along axis ``c`` of a cell whose folded coordinate is ``at``."""
-    if abs(way) == c + 1:
-        one = 1 if way > 0 else -1
-        return (one, one)
-    size = n[COUNTS][GRID + c]
-    if n[COUNTS][PERIODIC + c] or size > 2:
-        return (-1, 1)
-    return (0, size - 1)  # all there are, each once
-
-
-def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
-    """`look_around` with cells."""
-    place = n[PLACE]
-    counts = n[COUNTS]
-    heads = n[HEADS]
-    p = PLACES * i
-    mask = n[LINK][LINKS * i + MASK]
-    nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
-    x, y, z = place[p + FOLDED], place[p + FOLDED + 1], place[p + FOLDED + 2]
-    first, last = reach_of(n, 0, x, way)
-    first_y, last_y = reach_of(n, 1, y, way)
-    first_z, last_z = reach_of(n, 2, z, way)
-    nearby = n[NEARBY]
-    links = n[LINK]
-    found = 0
-    looked = 0
-    touching = 0
-    for at_x in range(x + first, x + last + 1):
-        over_x = -1 if at_x < 0 else (1 if at_x >= nx else 0)
-        row = (at_x - over_x * nx) * ny
-        for at_y in range(y + first_y, y + last_y + 1):
-            over_y = -1 if at_y < 0 else (1 if at_y >= ny else 0)
-            line = (row + at_y - over_y * ny) * nz
-            for at_z in range(z + first_z, z + last_z + 1):
-                over = -1 if at_z < 0 else (1 if at_z >= nz else 0)
-                j = heads[line + at_z - over * nz]
-                while j >= 0:
-                    if j != i and links[LINKS * j + MASK] & mask:
-                        to = NEARS * found
-                        nearby[to] = j
-                        nearby[to + 1] = over_x
-                        nearby[to + 2] = over_y
-                        nearby[to + 3] = over
-                        found += 1
-                        if found == MOST_NEARBY:
-                            touching += look_at_nearby(f, n, i, found, but)
-                            looked += found
-                            found = 0
-                    j = links[LINKS * j + NEXT]
-    n[COUNTS][PREDICTIONS] += looked + found
-    return touching + look_at_nearby(f, n, i, found, but)
 
 
 def look_at_scenery(f: Any, n: Any, i: int, but: int) -> int:

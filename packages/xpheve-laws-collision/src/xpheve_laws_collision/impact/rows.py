@@ -21,12 +21,12 @@ LISTS = 5  # places to be predicted, then places that have changed, then the ans
 MASKS = 6  # of fixed shapes: bits of laws that answer, bits of those that listen
 LAWS = 7  # law of each of 64 bits, then a row a law
 LINK = 8  # a short row a place: what those nearby look at
-NEARBY = 10  # places near another one, a row each
+NEARBY = 10  # lists of places near another one, a row each
 
 # A row of n[NEARBY]
-NEARS = 4
-MOST_NEARBY = 64
-"""The place, and by how many boxes its cell is beyond the box along each axis. So many are looked at together at most."""
+NEARS = 2
+LAST_NEARBY = 63
+"""A place of the list, and by how many boxes its cell is beyond the box along each axis, one added, in two bits each. Row numbers go round."""
 
 # A row of n[LINK]
 LINKS = 4
