@@ -223,15 +223,12 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
             far = x * x + y * y + z * z
             along = x * vx + y * vy + z * vz
             beyond = far - distance * distance
-            if beyond > 0.0:
-                if along >= 0.0:
-                    continue
-                swift = vx * vx + vy * vy + vz * vz
-                inside = along * along - swift * beyond
-                if inside < -SURE * swift * far:
-                    continue
-                if beyond > 1.001 * left * (math.sqrt(max(inside, 0.0)) - along):
-                    continue
+            swift = vx * vx + vy * vy + vz * vz
+            inside = along * along - swift * beyond
+            if (beyond > 0.0) & ((along >= 0.0) | (inside < -SURE * swift * far)):  # one branch, which is mostly taken
+                continue
+            if beyond > 0.0 and beyond > 1.001 * left * (math.sqrt(max(inside, 0.0)) - along):
+                continue
         touches = look_at(f, n, i, j, k, box)
         if touches and j != but:
             touching += 1
