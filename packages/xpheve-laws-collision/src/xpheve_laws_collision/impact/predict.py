@@ -183,6 +183,8 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
     reach = AT_A_GLANCE * state[a + RADIUS] + slack
     until = (event[e] - high) + (event[e + 1] - low)
     mask = links[LINKS * i + MASK]
+    pulled = pull[0] != 0.0 or pull[1] != 0.0 or pull[2] != 0.0
+    closed = box[0] != 0.0 or box[1] != 0.0 or box[2] != 0.0
     touching = 0
     skipped = 0
     m = 0
@@ -200,19 +202,29 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
             skipped += 1
             continue
         b = STATES * j
-        k = (wraps[0] + ((over & 3) - 1), wraps[1] + ((over >> 2 & 3) - 1), wraps[2] + ((over >> 4) - 1))
         if pull[0] == state[b + PULL] and pull[1] == state[b + PULL + 1] and pull[2] == state[b + PULL + 2]:
             s = (high - state[b + TIME]) + (low - state[b + TIME + 1])
-            vx = state[b + V] + s * pull[0]
-            vy = state[b + V + 1] + s * pull[1]
-            vz = state[b + V + 2] + s * pull[2]
-            h = 0.5 * s
-            x = (state[b + X] - xa[0]) + s * (vx - h * pull[0]) + (k[0] - state[b + WRAPS]) * box[0]
-            y = (state[b + X + 1] - xa[1]) + s * (vy - h * pull[1]) + (k[1] - state[b + WRAPS + 1]) * box[1]
-            z = (state[b + X + 2] - xa[2]) + s * (vz - h * pull[2]) + (k[2] - state[b + WRAPS + 2]) * box[2]
+            vx = state[b + V]
+            vy = state[b + V + 1]
+            vz = state[b + V + 2]
+            x = (state[b + X] - xa[0]) + s * vx
+            y = (state[b + X + 1] - xa[1]) + s * vy
+            z = (state[b + X + 2] - xa[2]) + s * vz
             vx -= va[0]
             vy -= va[1]
             vz -= va[2]
+            if pulled:
+                h = 0.5 * s * s
+                x += h * pull[0]
+                y += h * pull[1]
+                z += h * pull[2]
+                vx += s * pull[0]
+                vy += s * pull[1]
+                vz += s * pull[2]
+            if closed:
+                x += (wraps[0] + ((over & 3) - 1) - state[b + WRAPS]) * box[0]
+                y += (wraps[1] + ((over >> 2 & 3) - 1) - state[b + WRAPS + 1]) * box[1]
+                z += (wraps[2] + ((over >> 4) - 1) - state[b + WRAPS + 2]) * box[2]
             left = until
             if s < 0.0:  # the flight of the other is the later one
                 x -= s * vx
@@ -229,6 +241,7 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
                 continue
             if beyond > 0.0 and beyond > 1.001 * left * (math.sqrt(max(inside, 0.0)) - along):
                 continue
+        k = (wraps[0] + ((over & 3) - 1), wraps[1] + ((over >> 2 & 3) - 1), wraps[2] + ((over >> 4) - 1))
         touches = look_at(f, n, i, j, k, box)
         if touches and j != but:
             touching += 1
