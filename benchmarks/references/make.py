@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from benchmarks.references import quad, save
+from benchmarks.references import bounces_in_wind, quad, save
 
 TAYLOR = "Taylor series of heyoka in real128 (113 bits), at its least tolerance: benchmarks/references/quad.py"
 LONG = "Taylor series of heyoka in long double (64 bits), at its least tolerance: benchmarks/references/quad.py"
@@ -50,6 +50,7 @@ MAKERS: dict[str, Callable[[], Path]] = {
     "magnetic_bottle": lambda: slope("magnetic_bottle"),
     "heavy_top": lambda: slope("heavy_top"),
     "gravity_gradient": lambda: slope("gravity_gradient"),
+    "bounces_in_wind": bounces_in_wind.make,
     "robertson": lambda: slope("robertson", "longdouble"),
     "van_der_pol": lambda: slope("van_der_pol", "longdouble"),
 }

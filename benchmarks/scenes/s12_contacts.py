@@ -42,7 +42,8 @@ def armed(n: int) -> Any:
 
 def stepping(engine: Any) -> Callable[[], Any]:
     """A step of 1/60 s and a read of all."""
-    times = (engine.time + STEP * k for k in count(1))
+    begin = engine.time
+    times = (begin + STEP * k for k in count(1))
 
     def step() -> Any:
         engine.run(until=next(times))

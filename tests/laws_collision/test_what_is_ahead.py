@@ -17,7 +17,7 @@ SIDE = 12.0
 def scene(boxes: int, planes: int, seed: int = 1) -> tuple[xp.PhysicsEngine, xp.PhysicalObject]:
     """A ball thrown among leaning boxes and planes, between six walls."""
     rng = np.random.default_rng(seed)
-    engine = xp.PhysicsEngine(up="z")
+    engine = xp.PhysicsEngine(up="z", stepper="core:ballistic")
     bounce, gravity = engine.add_law("collision:elastic"), engine.add_law("basic:planet_gravity", acceleration=10.0)
     fixed = []
     for normal in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]:
@@ -74,7 +74,7 @@ def test_no_time_is_later_than_the_impact() -> None:
 
 
 def test_beyond_a_plane_that_nobody_answers_the_ball_meets_what_is_there() -> None:
-    engine = xp.PhysicsEngine()
+    engine = xp.PhysicsEngine(stepper="core:ballistic")
     bounce = engine.add_law("collision:elastic")
     heard: list[Any] = []
     kind = type(

@@ -6,7 +6,7 @@ Nothing here decides an outcome: a pair that is named too often costs a predicti
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from xpheve.kernels.clock import Instant
 from xpheve.laws.response import ALL_GROUPS
 from xpheve_laws_collision.what_is_ahead import SLACK, WhatIsAhead, extremes, plane_facts
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.server.curves import Curves
 
 Rows = NDArray[np.int64]
 Array = NDArray[np.float64]
@@ -25,11 +28,33 @@ BULLETS = 16  # so many bodies may be far faster than the others
 PART = 0.25  # of the mean distance between bodies that they fly through in a window: few pairs, seldom asked
 
 
-class BroadPhase:
-    """Rows that somebody asks contacts of, and where they may get to while they fly on as they do (all along parabolas)."""
+class _Flights(NamedTuple):
+    """Clocks (2, rows), places, velocities and accelerations (3, rows), and bounds [m/s^2] on what bends rows besides; None if nothing does."""
 
-    def __init__(self, world: Any) -> None:
+    clock: Array
+    x: Array
+    v: Array
+    a: Array
+    bend: Array | None
+
+
+class BroadPhase:
+    """Rows that somebody asks contacts of, and where they may get to while they fly on as they do.
+
+    What flies on a curve is taken as straight from where its window begins, with a bound on the acceleration that bends it.
+    """
+
+    def __init__(self, world: Any, curves: Curves) -> None:
         self.world = world
+        self.curves = curves
+        self._curved: list[int] = []
+        """Rows that fly on curves, of those that somebody asks contacts of."""
+        self._followed: Rows = np.zeros(0, dtype=np.int64)
+        """Those whose windows are known: by versions of their flights, until when [s], and as what they begin."""
+        self._seen: Rows = np.zeros(0, dtype=np.int64)
+        self._ends: Array = np.zeros(0)
+        self._tangents: Array = np.zeros((9, 0))
+        """Instant (2), place (3), velocity (3), and a bound [m/s^2] on the acceleration."""
         self._structure = -1
         self._change = -1
         self.fixed = WhatIsAhead(self)
@@ -113,6 +138,7 @@ class BroadPhase:
         self.planes = [plane for plane in self.planes if plane is not obj]
         self._stale = True
         self._change = -1
+        self._followed = np.zeros(0, dtype=np.int64)
 
     @property
     def rows(self) -> Rows:
@@ -140,18 +166,79 @@ class BroadPhase:
                 if "acceleration" not in batch.state.arrays:
                     return False
                 self.accelerations[:, batch.state.rows] = batch.state.arrays["acceleration"]
+        self._curved = self._on_curves()
         self._change = bodies.change
         return True
+
+    def _on_curves(self) -> list[int]:
+        """The rows that fly on curves, of those that somebody asks contacts of."""
+        found: list[int] = []
+        for batch in self.world.batches:
+            if batch.state.count and self.world.flight(int(batch.state.rows[0])).curved:
+                rows = batch.state.rows
+                found += rows[self._mask[rows] != 0].tolist()
+        return found
+
+    def _straight(self) -> _Flights:
+        """What `_out_of_reach` goes by: flights as the bodies have them, but of rows on curves."""
+        bodies, n = self.world.bodies, self.world.bodies.count
+        found = _Flights(bodies.clock, bodies.arrays["position"], bodies.arrays["velocity"], self.accelerations, None)
+        if not self._curved:
+            return found
+        rows = self._follow()
+        clock, x, v, a = (array[:, :n].copy() for array in found[:4])
+        bend = np.zeros(n)
+        kept = self._tangents
+        clock[:, rows], x[:, rows], v[:, rows], a[:, rows], bend[rows] = kept[:2], kept[2:5], kept[5:8], 0.0, kept[8]
+        return _Flights(clock, x, v, a, bend)
+
+    def _follow(self) -> Rows:
+        """The rows on curves, of which `_tangents` says how they enter their windows: found anew where flight or window are others."""
+        world, rows = self.world, np.array(self._curved, dtype=np.int64)
+        if len(self._followed) != len(rows) or (self._followed != rows).any():
+            self._followed, self._seen = rows, np.full(len(rows), -1, dtype=np.int64)
+            self._tangents, self._ends = np.zeros((9, len(rows))), np.zeros(len(rows))
+        versions = world.bodies.version[rows]
+        for k in np.flatnonzero((versions != self._seen) | (self._ends <= world.time[0])).tolist():
+            row = int(rows[k])
+            obj, flight = world.bodies.objects[row], world.flight(row)
+            course = self.curves.course(obj, flight)
+            if course is None:  # of its next step, when that is made
+                tangent: Any = (*flight.t0, *flight.position, *flight.velocity, 0.0)
+            else:
+                tangent = (*course.begin, *self.curves.tangent(obj, course.begin, flight), course.most())
+            self._tangents[:, k] = tangent
+            self._seen[k], self._ends[k] = versions[k], -np.inf if course is None else course.end[0]
+        return rows
 
     def _at(self, rows: Rows, t: Instant) -> tuple[Array, Array, Array]:
         """Positions, velocities and accelerations of ``rows`` at ``t``, (3, rows)."""
         bodies = self.world.bodies
         s = (t[0] - bodies.clock[0, rows]) + (t[1] - bodies.clock[1, rows])
         x, v, a = bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows], self.accelerations[:, rows]
-        return x + s * (v + 0.5 * s * a), v + s * a, a
+        x, v = x + s * (v + 0.5 * s * a), v + s * a
+        for row in self._curved:
+            place = int(np.searchsorted(rows, row))
+            if place < len(rows) and rows[place] == row:
+                obj = bodies.objects[row]
+                x[:, place], v[:, place], a[:, place] = self.curves.centre(obj, t, self.world.flight(row))
+        return x, v, a
+
+    def _bent(self, rows: Rows) -> Array | None:
+        """Bounds [m/s^2] on the accelerations of ``rows`` that fly on curves, 0 of others; None if none does."""
+        if not self._curved:
+            return None
+        found = np.zeros(self.world.bodies.count)
+        curved = self._follow()
+        found[curved] = self._tangents[8]
+        bends: Array = found[rows]
+        return bends
 
     def near(self, row: int, horizon: float, fixed: bool = True) -> Rows:
-        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base; those that move only, if not ``fixed``."""
+        """The rows that ``row`` may meet within ``horizon`` [s] after its last re-base, or the beginning of its window on a curve.
+
+        Those that move only, if not ``fixed``.
+        """
         n = self.world.bodies.count
         joint = self.joint(slice(0, n), row)
         joint &= self._bounded[:n]
@@ -172,11 +259,11 @@ class BroadPhase:
     def _out_of_reach(self, row: int, which: slice | Rows, horizon: float) -> NDArray[np.bool_]:
         """Which of ``which`` the row cannot meet, by the closest approach of straight relative paths and what bends them."""
         bodies = self.world.bodies
-        late = (bodies.clock[0, which] - bodies.clock[0, row]) + (bodies.clock[1, which] - bodies.clock[1, row])
+        clock, x, v, a, curve = self._straight()
+        late = (clock[0, which] - clock[0, row]) + (clock[1, which] - clock[1, row])
         shared = len(late) > 0 and bool((late == late[0]).all())
         since: Any = float(late[0]) if shared else late  # one number where all were re-based together
         behind, ahead = np.maximum(-since, 0.0), np.maximum(since, 0.0)
-        x, v, a = bodies.arrays["position"], bodies.arrays["velocity"], self.accelerations
         gap2: Any = 0.0
         closing: Any = 0.0
         speed2: Any = 0.0
@@ -198,6 +285,9 @@ class BroadPhase:
             bent = bend2 > 0.0
             if bent.any():
                 reach[bent] += 0.5 * np.sqrt(bend2[bent]) * horizon * horizon if horizon < np.inf else np.inf
+                if curve is not None:
+                    own, others = curve[row] * (horizon + ahead) ** 2, curve[which] * (horizon + behind) ** 2
+                    reach += 0.5 * (np.nan_to_num(own, posinf=np.inf) + np.nan_to_num(others, posinf=np.inf))
             when = np.where(speed2 > 0.0, np.clip(closing / speed2, 0.0, horizon), 0.0)
             closest2 = gap2 - when * (2.0 * closing - when * speed2)
             far: NDArray[np.bool_] = closest2 > reach * reach * (1.0 + SLACK) + SLACK * gap2
@@ -232,12 +322,20 @@ class BroadPhase:
         rows = self.rows
         x, v, a = self._at(rows, self.world.time)
         moving = ~self.world.bodies.fixed[rows]
-        pairs_of_planes = self._near_planes(x, v, a, moving, span)
+        bends = self._bent(rows)
+        extra = np.zeros(len(rows))
+        if bends is not None:
+            a = np.where(bends > 0.0, 0.0, a)
+            extra = np.nan_to_num(0.5 * bends * (span * span), posinf=np.inf)
+        pairs_of_planes = self._near_planes(x, v, a, moving, span, extra)
         if moving.all():
             v = v - _common(v)
             a = a - _common(a)
         low, high = extremes(x, v, a, span)
         margin = self.radii[rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+        if extra.any():  # what has no bound may be wherever another is
+            widest = float((high + margin).max() - (low - margin).min())
+            margin = margin + np.minimum(extra, widest)
         low, high = low - margin, high + margin
         k = _best_axis(low, high)
         order = np.argsort(low[k], kind="stable")
@@ -261,12 +359,14 @@ class BroadPhase:
             found += zip(i[joint].tolist(), j[joint].tolist(), strict=True)
         return found, pairs_of_planes
 
-    def _near_planes(self, x: Array, v: Array, a: Array, moving: Any, span: float) -> list[tuple[int, int]]:
+    def _near_planes(
+        self, x: Array, v: Array, a: Array, moving: Any, span: float, extra: Array
+    ) -> list[tuple[int, int]]:
         found: list[tuple[int, int]] = []
         for number, plane in enumerate(self.planes):
             normal, level = plane_facts(self.world, plane)
             low, _ = extremes((normal @ x)[None, :], (normal @ v)[None, :], (normal @ a)[None, :], span)
-            reach = level + self.radii[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0)
+            reach = level + self.radii[self.rows] * (1.0 + SLACK) + SLACK * np.abs(x).max(axis=0) + extra
             joint = self.joint(self.rows, plane._row)
             found += [(row, number) for row in self.rows[(low[0] <= reach) & moving & joint].tolist()]
         return found

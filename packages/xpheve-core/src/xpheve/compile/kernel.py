@@ -58,6 +58,11 @@ class Interpreted(Kernel):
         super().__init__(what, key, "interpreted", seconds)
         self._entry = entry
 
+    @property
+    def function(self) -> Callable[[list[memoryview], list[memoryview]], int]:
+        """``entry`` itself, for code that has its memory views at hand."""
+        return self._entry
+
     def __call__(self, floats: Sequence[Array], ints: Sequence[Array]) -> int:
         f, n = [memoryview(array) for array in floats], [memoryview(array) for array in ints]
         for k, view in enumerate(f):

@@ -1,4 +1,4 @@
-"""Whether contacts of objects are looked for: contact servers know flights along parabolas, so such objects get no others."""
+"""Whether contacts of objects are looked for, and whether they are found on any flight, or along parabolas only."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from xpheve.laws import PhysicalLaw, ResponseLaw
 
 if TYPE_CHECKING:
     from xpheve.objects import PhysicalObject
+    from xpheve.plan.groups import Batch
     from xpheve.plan.world import World
 
 
@@ -28,6 +29,26 @@ def contacts_concern(world: World, group: Iterable[PhysicalObject]) -> bool:
     )
 
 
+def meets(world: World, batch: Batch) -> bool:
+    """Whether contacts of objects of ``batch`` are looked for, so that each of its steps is to be seen."""
+    if world.contacts is None:
+        return False
+    rows = batch.state.rows
+    if batch.met[0] != world.structure or batch.met[1] is not rows:
+        objects = world.bodies.objects
+        batch.met = (world.structure, rows, contacts_concern(world, (objects[row] for row in rows.tolist())))
+    return batch.met[2]
+
+
+def needs_parabolas(world: World, group: Iterable[PhysicalObject]) -> bool:
+    """Whether contacts of one of ``group`` are looked for that the contact server finds along parabolas only."""
+    server = world.contacts
+    return server is not None and any(
+        any(map(waits_for_contacts, world.mapping.laws(obj))) and server.concerns(obj) and bool(server.parabolas(obj))
+        for obj in group
+    )
+
+
 def is_moved_along(world: World, obj: PhysicalObject) -> bool:
     """Whether something acts on ``obj`` along the way: all else flies along parabolas anyway."""
     from xpheve.plan.groups import torque_of
@@ -36,9 +57,9 @@ def is_moved_along(world: World, obj: PhysicalObject) -> bool:
 
 
 def wants_parabolas(world: World, group: Iterable[PhysicalObject]) -> bool:
-    """Whether the stepper of ``group`` must be one whose flights a contact server knows, and there is a choice."""
+    """Whether the stepper of ``group`` must be one that flies along parabolas, and there is a choice."""
     members = list(group)
-    return contacts_concern(world, members) and any(is_moved_along(world, obj) for obj in members)
+    return needs_parabolas(world, members) and any(is_moved_along(world, obj) for obj in members)
 
 
 def mark_changed(world: World, objects: Iterable[PhysicalObject] | None = None) -> set[PhysicalObject]:

@@ -42,6 +42,8 @@ def set_shape(world: World, obj: PhysicalObject, shape: Shape | None) -> None:
     mass = mass_with(obj, shape)
     inertia = inertia_with(obj, shape, mass)
     held = obj._shape
+    if world.contacts is not None:
+        world.structure += 1  # flights that contacts are known along may be others now
     with world.instant() as transaction:
         transaction.touch(obj)
         transaction.undo.append(lambda: _put(world, obj, held))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from xpheve.errors import NoStepperError
 from xpheve.kernels.flight import GENERAL, PRINCIPAL, way_of_turning
 from xpheve.laws import ContinuousLaw, FlowLaw, PairLaw
-from xpheve.plan.contacts_wanted import contacts_concern
+from xpheve.plan.contacts_wanted import needs_parabolas
 from xpheve.plan.driven import immovable
 from xpheve.plan.forms import is_two_bodies
 from xpheve.plan.hand_kernels import formula_of
@@ -45,6 +45,8 @@ class Batch:
         self.laws: list[ContinuousLaw] = []
         self.scout: Scout | None = None
         """Finds its steps ahead, if it acts on others."""
+        self.met: tuple[int, Any, bool] = (-1, None, False)
+        """Whether contacts of its rows are looked for: of which structure, and of which rows, that was found."""
         self.lent: tuple[str, ...] = ()
         """Who acts on it through pair laws and shares no potential energy: "driven" objects, moving "sources" of one-sided laws."""
 
@@ -277,7 +279,7 @@ def signature_of(world: World, group: Sequence[PhysicalObject], known: dict[Pair
     ordered = [law for law in world.ordered_laws(laws) if isinstance(law, ContinuousLaw)]
     facts = facts_of(world, tuple(ordered))
     fixed = world.settings.dt is not None
-    heard = contacts_concern(world, group)
+    heard = needs_parabolas(world, group)
     ring = in_itself(group, laws)
     form = "general" if level or ring else form_of(world, group, laws, torque, heard)
     stiff = form == "general" and not fixed and not heard and facts.traced and bool(laws) and is_stiff(world, group)

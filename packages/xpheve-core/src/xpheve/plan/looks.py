@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from xpheve.laws import ContinuousLaw, PairLaw
-from xpheve.plan.contacts_wanted import waits_for_contacts
+from xpheve.plan.contacts_wanted import needs_parabolas, waits_for_contacts
 from xpheve.plan.groups import signature_of
 from xpheve.plan.hand_kernels import formula_of
 from xpheve.plan.stiffness import may_decay
@@ -64,8 +64,13 @@ class Looks:
                 return False
         if not known.alone:
             return False
-        heard = known.waits and self.world.contacts is not None and self.world.contacts.concerns(obj)
-        at = (known, kind, heard, heard and self.world.contacts is not None and self.world.contacts.flies(obj))
+        parabolas = known.waits and needs_parabolas(self.world, [obj])
+        at = (
+            known,
+            kind,
+            parabolas,
+            known.waits and self.world.contacts is not None and self.world.contacts.flies(obj),
+        )
         objects = self._alike.get(at)
         if objects is None:
             self._alike[at] = self.take([obj])

@@ -10,7 +10,7 @@ import numpy as np
 
 from xpheve.kernels.clock import NEVER, Instant, elapsed, multiple
 from xpheve.laws import ContinuousLaw, PairLaw
-from xpheve.plan import books
+from xpheve.plan import books, contacts_wanted
 from xpheve.plan.driven import immovable
 from xpheve.plan.evaluation import BatchSources
 from xpheve.plan.groups import Batch, form_of
@@ -194,6 +194,6 @@ def number_at(world: World, t: Instant) -> int:
 def is_heard(world: World, batch: Batch) -> bool:
     """Whether somebody follows the flights of ``batch``, so that it may make one step at a time only."""
     objects = world.bodies.objects
-    if batch.signature.contacts or world.is_source(batch):
+    if contacts_wanted.meets(world, batch) or world.is_source(batch):
         return True
     return world.wakeups.tracker.follows_any(objects[row] for row in batch.state.rows)

@@ -530,6 +530,7 @@ def _build(
     if world.contacts is not None:
         world.contacts.restore(header["contacts"])
         world.contacts.refresh([obj._row for obj in world.in_rank_order(objects)])
+        world.note_listeners()
 
 
 def _build_laws(

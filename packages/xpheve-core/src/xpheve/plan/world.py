@@ -47,6 +47,7 @@ from xpheve.plan.transaction import MANY, Transaction
 from xpheve.plan.wakeups import steps
 from xpheve.plan.wakeups.changes import tell_changed
 from xpheve.plan.wakeups.delivery import signal
+from xpheve.plan.wakeups.motion import motion_of
 from xpheve.plan.wakeups.wakeups import Wakeups
 from xpheve.steppers.contract import Array, ContactServer, Flight, Grid, Settings, Signature, Stepper
 from xpheve.trace.law_trace import LawTrace
@@ -114,6 +115,8 @@ class World:
         """Goes up when laws, containers or mapping change."""
         self._contacts_seen = -1
         """The structure when it was last asked whose contacts are looked for."""
+        self._waiting: set[PhysicalLaw] = set()
+        """The laws that waited for contacts then."""
         self.on_law_error = "raise"
         self.failed: dict[PhysicalLaw, str] = {}
         """Laws that were disabled because they failed, with what they did."""
@@ -225,6 +228,12 @@ class World:
             return Flight(self.bodies.clock_of(row), NEVER, x, still, still, 0.0)
         batch = self.batches[number]
         return batch.stepper.flight(batch.state, self.bodies, int(self.bodies.local[row]))
+
+    def pace(self, row: int) -> float:
+        """For how long [s] the flight of ``row``, which is curved, stays near its parabola: its time scale, to a factor of four."""
+        curve = motion_of(self, self.bodies.objects[row]).curve
+        assert curve is not None
+        return curve.pace()
 
     def in_rank_order(self, objects: Iterable[PhysicalObject]) -> list[PhysicalObject]:
         """``objects`` by rank; those not ranked yet come last, as added."""
@@ -628,6 +637,7 @@ class World:
             if self.structure != self._contacts_seen:
                 self._contacts_seen = self.structure
                 contacts_wanted.mark_changed(self)
+                self._listen()
         if self.dirty:
             self._plan_motion()
             if self.contacts is not None:
@@ -635,6 +645,20 @@ class World:
                 if self.dirty:
                     self._plan_motion()
         self.wakeups.plan()
+
+    def note_listeners(self) -> None:
+        """The laws that wait for contacts now have done so before: nothing is to be predicted for their sake."""
+        self._waiting = {law for law in self.laws if contacts_wanted.waits_for_contacts(law)}
+
+    def _listen(self) -> None:
+        """Have contacts predicted of objects on whose laws containers have begun to wait for them, and that are not about to be planned anyway."""
+        assert self.contacts is not None
+        before = self._waiting
+        self.note_listeners()
+        new = self._waiting - before
+        found = {obj for law in new for obj in self.mapping.objects(law) if obj.rank >= 0 and obj not in self.unplanned}
+        if found:
+            self.contacts.refresh([obj._row for obj in self.in_rank_order(found)])
 
     def _plan_motion(self) -> None:
         self._prove_laws()

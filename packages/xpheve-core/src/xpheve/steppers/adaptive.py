@@ -220,11 +220,14 @@ class Adaptive(Smooth):
 
     # Within a step
 
-    def _within(self, state: FlightState, t: Instant, places: slice | Rows, first: int, last: int) -> tuple[Array, ...]:
-        """Places and their rest, velocities and theirs, of components ``first`` to ``last`` at ``t``."""
-        numbers, count = state.numbers, state.count
-        span = elapsed(t, (numbers["base"], numbers["offset"]))
-        dt = numbers["span"]
+    def _within(
+        self, state: FlightState, span: float | Array, places: slice | Rows, first: int, last: int
+    ) -> tuple[Array, ...]:
+        """Places and their rest, velocities and theirs, of components ``first`` to ``last``, ``span`` [s] after the step began.
+
+        For one row ``span`` may be many, (times,).
+        """
+        count, dt = state.count, state.numbers["span"]
         path = state.arrays["path"].reshape(KEPT, -1, count)[:4, first:last, places]
         curve = state.arrays["curve"].reshape(TERMS, -1, count)[:, first:last, places]
         x, x_rest, v, v_rest = path
@@ -235,19 +238,39 @@ class Adaptive(Smooth):
             gain = gain + once[k] * curve[k]
         return (*two_sums(x, x_rest + (span * (v + v_rest) + dt * dt * way)), *two_sums(v, v_rest + dt * gain))
 
+    @staticmethod
+    def _since(state: FlightState, t: Instant) -> float:
+        """Time [s] from the beginning of the present step to ``t``."""
+        return elapsed(t, (state.numbers["base"], state.numbers["offset"]))
+
     def curve(self, state: FlightState, bodies: Bodies, t: Instant, places: slice | Rows) -> tuple[Array, Array]:
         if not state.numbers["span"] > 0.0:
             rows = state.rows[places]
             return bodies.arrays["position"][:, rows], bodies.arrays["velocity"][:, rows]
-        x, _, v, _ = self._within(state, t, places, 0, 3)
+        x, _, v, _ = self._within(state, self._since(state, t), places, 0, 3)
         return x, v
 
     def turned(self, state: FlightState, bodies: Bodies, t: Instant, places: slice | Rows) -> tuple[Array, Array]:
         if not state.numbers["span"] > 0.0:
             rows = state.rows[places]
             return bodies.arrays["orientation"][:, rows], bodies.arrays["angular_velocity"][:, rows]
-        q, _, rate, _ = self._within(state, t, places, 3, 7)
+        q, _, rate, _ = self._within(state, self._since(state, t), places, 3, 7)
         return _turning(q, rate)
+
+    def read_times(self, state: State, bodies: Bodies, times: Sequence[Instant], name: str, local: int) -> Array:
+        """The series of one row at many times together."""
+        assert isinstance(state, FlightState)
+        place = np.array([local], dtype=np.int64)
+        still = not state.numbers["span"] > 0.0 or bool(self._written(state, bodies, place)[0])
+        if name not in ("position", "velocity") or still:
+            return super().read_times(state, bodies, times, name, local)
+        since = state.numbers["base"], state.numbers["offset"]
+        key, last = (bodies.change, local, *times), state.made.get("times")
+        if last is None or last[0] != key:  # place and velocity are asked for one after the other
+            spans = np.array([elapsed(t, since) for t in times])
+            last = state.made["times"] = key, self._within(state, spans, place, 0, 3)
+        found: Array = last[1][0 if name == "position" else 2]
+        return found
 
     def running_work(self, state: State, bodies: Bodies, t: Instant, places: slice | Rows) -> Array:
         numbers, power = state.numbers, state.arrays["power"][:, places]
@@ -287,7 +310,7 @@ class Adaptive(Smooth):
         if numbers["span"] > 0.0:
             parts = len(state.arrays["path"]) // KEPT
             path = np.zeros((KEPT, parts, state.count))
-            path[:4] = self._within(state, t, slice(None), 0, parts)
+            path[:4] = self._within(state, self._since(state, t), slice(None), 0, parts)
             rows, arrays = state.rows, state.arrays
             joules = self.running_work(state, bodies, t, slice(None))
             behind = (bodies.clock[0, rows] != t[0]) | (bodies.clock[1, rows] != t[1])  # of others core books it
@@ -355,13 +378,13 @@ def driver_places(rows: int, parts: int) -> DriverPlaces:
     return DriverPlaces(rows, parts)
 
 
-def series_weights(h: float) -> tuple[list[float], list[float]]:
-    """What coefficients of Legendre polynomials of 2 h - 1 weigh in the first integral from 0 to ``h``, and in the second.
+def series_weights(h: Any) -> tuple[list[Any], list[Any]]:
+    """What coefficients of Legendre polynomials of 2 h - 1 weigh in the first integral from 0 to ``h``, or many, and in the second.
 
     The integral of P_k(2 h - 1) is (P_k+1 - P_k-1) / (4 k + 2), with P_-1 = -1 (Abramowitz and Stegun, 22.7.10 and 22.8.5).
     """
     x = 2.0 * h - 1.0
-    p = [-1.0, 1.0, x]
+    p: list[Any] = [-1.0, 1.0, x]
     for k in range(1, TERMS + 1):
         p.append(((2.0 * k + 1.0) * x * p[k + 1] - k * p[k]) / (k + 1.0))
     once = [(p[k + 2] - p[k]) / (4.0 * k + 2.0) for k in range(TERMS + 1)]

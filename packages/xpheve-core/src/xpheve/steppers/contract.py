@@ -52,7 +52,7 @@ class Signature:
     fixed_step
         Whether host steps were asked for, by ``dt``, or tolerances.
     contacts
-        Whether contacts are looked for, by parabolas: what moves on other curves cannot serve then.
+        Whether contacts are looked for that the contact server finds along parabolas only: what moves on other curves cannot serve then.
     flows
         The ids of those laws that are exact flows of their own.
     wish
@@ -437,6 +437,10 @@ class ContactServer(ABC):
     def concerns(self, obj: Any) -> bool:
         """Whether contacts of ``obj`` are looked for, so that every new flight of it matters."""
         return True
+
+    def parabolas(self, obj: Any) -> str:
+        """Why contacts of ``obj`` are found only where it flies along parabolas; empty if they are found along any flight."""
+        return "its contacts are found along parabolas"
 
     def flies(self, obj: Any) -> bool:
         """Whether ``obj`` is to fly from impact to impact in a stepper of the server's own pack; see `Stepper.impacts`."""

@@ -37,7 +37,7 @@ class Smooth(FlightStepper):
         if not signature.evaluated:
             return "no law acts along the way: closed form"
         if signature.contacts:
-            return "contacts are looked for, along parabolas"
+            return "contacts are looked for that are known along parabolas only"
         if not signature.traced:
             return "a law cannot be traced"
         if signature.near:

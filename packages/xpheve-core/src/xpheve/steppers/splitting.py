@@ -40,7 +40,7 @@ class Splitting(Stepped):
         if not signature.fixed_step:
             return Refusal("exact flows are split off at host steps: run(dt=...)")
         if signature.contacts:
-            return Refusal("contacts are looked for, along parabolas")
+            return Refusal("contacts are looked for that are known along parabolas only")
         return Offer(2.0, 200.0, False)
 
     def stride(

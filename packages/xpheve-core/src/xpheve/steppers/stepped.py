@@ -163,6 +163,21 @@ class Stepped(Smooth):
         node = Node(q / size, rate / size, rate)
         return node.place, spin_of(node)
 
+    def read_times(self, state: State, bodies: Bodies, times: Sequence[Instant], name: str, local: int) -> Array:
+        """The polynomial of one row at many times together."""
+        assert isinstance(state, FlightState)
+        place = np.array([local], dtype=np.int64)
+        span = state.arrays["span"][:, place]
+        still = not span[0, 0] or bool(self._written(state, bodies, place)[0])
+        if name not in ("position", "velocity") or still:
+            return super().read_times(state, bodies, times, name, local)
+        end = node_of(state.arrays[PLACES[2]][:, place])
+        back = np.array([elapsed(t, self.covered(state)) for t in times])
+        found = self._polynomial(state, PLACES).of(place).at(span + back)
+        which = 0 if name == "position" else 1
+        values: Array = np.where(back == 0.0, (end.place, end.rate)[which], found[which])
+        return values
+
     def _path(self, state: FlightState, t: Instant, places: slice | Rows, names: Sequence[str]) -> tuple[Array, Array]:
         """Places and their derivatives at ``t``; of all rows they are kept for the next look at that instant, so nobody writes into them."""
         end = node_of(state.arrays[names[2]][:, places])

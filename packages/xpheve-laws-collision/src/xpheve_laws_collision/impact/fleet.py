@@ -13,7 +13,7 @@ from xpheve.kernels.clock import NEVER, Instant
 from xpheve.laws import ResponseLaw
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.impact.membership import Membership
-from xpheve_laws_collision.impact.scenery import scenery_rows
+from xpheve_laws_collision.impact.scenery import STANDING, Surroundings, scenery_rows
 from xpheve_laws_collision.impact.stepper import ImpactStepper, load_again, look_again, put_due
 
 if TYPE_CHECKING:
@@ -76,10 +76,17 @@ class Fleet:
         other = self.members.decide(world, heard)
         if other:
             self.server.broad_phase.forget()
+            self._take_over()
             for obj in world.bodies.objects:
                 self._replan(obj)
-        elif restructured:
+        if other or restructured:
             self.forget_scenery()
+
+    def _take_over(self) -> None:
+        """Void what the server has queued for pairs that fly from now on."""
+        queued = self.server.queued
+        for pair in [pair for pair in queued if all(map(self.flies, pair))]:
+            queued.pop(pair).alive = False
 
     def _replan(self, obj: PhysicalObject) -> None:
         number = int(self.world.bodies.batch[obj._row])
@@ -104,10 +111,9 @@ class Fleet:
                 load_again(self.world.batches[number].state, [int(self.world.bodies.local[obj._row])])
 
     def forget_scenery(self) -> None:
-        """Laws, mapping or scenery are others from now on."""
+        """Laws, mapping or scenery may be others from now on."""
         for state in self._states():
-            state.made.pop("loop", None)
-            state.numbers["since"], state.numbers["since_rest"] = self.world.time
+            state.made.setdefault("doubt", self.world.time)
             look_again(state)
 
     def resume(self) -> None:
@@ -139,10 +145,18 @@ class Fleet:
         compiled = self._compiled(state)
         loop: ImpactLoop | None = state.made.get("loop")
         stale: Iterable[int] = state.made.pop("stale", ())
-        if loop is None or compiled != self.compiled:
-            self.compiled = compiled
-            loop = state.made["loop"] = self._made(state)
-            stale = range(state.count)
+        if loop is None or "doubt" in state.made or compiled != self.compiled:
+            around = self._surroundings(state)
+            same = self._same(state, around)
+            read = around.read()
+            same = state.made.get("read") == read and same
+            state.made["read"] = read
+            if loop is None or not same or compiled != self.compiled or not self.responses.current:
+                self.compiled = compiled
+                loop = state.made["loop"] = self._made(state, around)
+                stale = range(state.count)
+            else:
+                loop.set_laws(around.laws_of_bit)
         if stale:
             self._load(state, loop, sorted(stale))
         loop.watch([int(self.world.bodies.local[row]) for row in self.world.wakeups.followed(state.rows)])
@@ -154,31 +168,69 @@ class Fleet:
             return bool(wish == "always")
         return bool(state.count >= MANY or state.numbers.get("impacts", 0.0) >= COMPILE_AFTER)
 
-    def _made(self, state: Any) -> ImpactLoop:
-        from xpheve.loop.responses import Responses
-        from xpheve_laws_collision.impact.impact_loop import ImpactLoop
-
+    def _surroundings(self, state: Any) -> Surroundings:
+        """What the flights of ``state`` are among, as it is now."""
         world, bodies = self.world, self.world.bodies
         laws = world.ordered_laws(self.members.flying)
         self._laws = [law for law in laws if isinstance(law, ResponseLaw)]
         self._bits = {law: bit for bit, law in enumerate(laws)}
-        numbers = {law: k for k, law in enumerate(self._laws)}
+        numbers = {law: k for k, law in enumerate(self._laws) if not _grips_otherwise(law)}
         self.scenery = world.in_rank_order(
             {obj: None for law in laws for obj in world.mapping.objects(law) if obj.fixed and obj.rank >= 0}
         )
         rows = [obj._row for obj in self.scenery]
-        self.responses = Responses(self._laws)
-        return ImpactLoop(
-            state.count,
+        return Surroundings(
             scenery_rows([self.server._shape(obj) for obj in self.scenery], bodies, rows),
-            np.array([self._mask(obj, True) for obj in self.scenery], dtype=np.int64),
-            self.responses,
+            self._masks(self.scenery),
+            np.concatenate([bodies.arrays[name][:, rows] for name in STANDING]).T,
+            {
+                name: np.array(bodies.columns[name][rows])
+                for name in sorted({name for law in self._laws for name in law.columns})
+            },
+            self._masks([bodies.objects[row] for row in state.rows.tolist()]),
             [numbers.get(law, -1) for law in laws],
-            scenery_heard=np.array([self._mask(obj, False) for obj in self.scenery], dtype=np.int64),
-            scenery_columns={name: bodies.columns[name][rows] for name in self.responses.columns},
-            periodic=getattr(world, "periodic", None),
+        )
+
+    def _same(self, state: Any, around: Surroundings) -> bool:
+        """Whether they are those that ``state`` knows; if not, nothing of them was there before the first doubt about it."""
+        since = state.made.pop("doubt", self.world.time)
+        mark = float(around.mark())
+        known = state.numbers.get("known")
+        state.numbers["known"] = mark
+        if known is not None and known != mark:
+            state.numbers["since"], state.numbers["since_rest"] = since
+        return bool(known == mark)
+
+    def _made(self, state: Any, around: Surroundings) -> ImpactLoop:
+        from xpheve.loop.responses import Responses
+        from xpheve_laws_collision.impact.impact_loop import ImpactLoop
+
+        self.responses = Responses(self._laws, around.columns)
+        loop = ImpactLoop(
+            state.count,
+            around.rows,
+            around.masks[0],
+            self.responses,
+            around.laws_of_bit,
+            scenery_heard=around.masks[1],
+            scenery_columns=around.columns,
+            scenery_bodies=around.bodies,
+            periodic=getattr(self.world, "periodic", None),
             compiled=self.compiled,
         )
+        loop.since = state.numbers.get("since", -np.inf), state.numbers.get("since_rest", 0.0)
+        return loop
+
+    def _masks(self, objects: Sequence[PhysicalObject]) -> Any:
+        """For each of ``objects`` bits of laws that answer, and of those that listen (2, objects)."""
+        masks: dict[Any, tuple[int, int]] = {}
+        found = np.zeros((2, len(objects)), dtype=np.int64)
+        for k, obj in enumerate(objects):
+            key = tuple(self.world.mapping.laws(obj))
+            if key not in masks:
+                masks[key] = self._mask(obj, True), self._mask(obj, False)
+            found[:, k] = masks[key]
+        return found
 
     def _mask(self, obj: PhysicalObject, answering: bool) -> int:
         """A bit for each law of ``obj`` that answers contacts, or that listens to them."""
@@ -189,17 +241,11 @@ class Fleet:
 
     def _load(self, state: Any, loop: ImpactLoop, places: Sequence[int]) -> None:
         """Give the loop the numbers of the rows at ``places``."""
-        world, bodies = self.world, self.world.bodies
+        bodies = self.world.bodies
         rows = state.rows[np.array(places, dtype=np.int64)]
         objects = [bodies.objects[row] for row in rows.tolist()]
         arrays = bodies.arrays
-        masks: dict[Any, tuple[int, int]] = {}
-        found = np.zeros((2, len(objects)), dtype=np.int64)
-        for k, obj in enumerate(objects):
-            key = tuple(world.mapping.laws(obj))
-            if key not in masks:
-                masks[key] = self._mask(obj, True), self._mask(obj, False)
-            found[:, k] = masks[key]
+        found = self._masks(objects)
         loop.load(
             np.array(places, dtype=np.int64),
             position=arrays["position"][:, rows],
@@ -216,6 +262,7 @@ class Fleet:
             columns={name: bodies.columns[name][rows] for name in loop.columns},
             orientation=arrays["orientation"][:, rows],
             turn_clock=bodies.turn_clock[:, rows],
+            streak=state.arrays["streak"][:, places],
         )
         for place, obj in zip(places, objects, strict=True):
             loop.set_skip(place, self._support_of(obj))
@@ -235,9 +282,11 @@ class Fleet:
         changed = loop.changed()
         rows = state.rows[changed.places]
         if len(rows):
+            state.arrays["streak"][:, changed.places] = loop.streaks(changed.places)
             bodies.arrays["position"][:, rows] = changed.position
             bodies.arrays["velocity"][:, rows] = changed.velocity
             bodies.clock[:, rows] = changed.clock
+            bodies.version[rows] += changed.flights - 1  # one is counted for the call, however many were flown in it
             if len(changed.turned):
                 turned = state.rows[changed.turned]
                 bodies.arrays["orientation"][:, turned] = changed.orientation
@@ -245,6 +294,7 @@ class Fleet:
                 bodies.turn_clock[:, turned] = changed.turn_clock
         counts = loop.take_counts()
         self.impacts += counts.impacts
+        self.server.impacts += counts.impacts
         self.predictions += counts.predictions
         state.numbers["impacts"] = state.numbers.get("impacts", 0.0) + counts.impacts
         for law, evaluations, joules in zip(self._laws, counts.evaluations, counts.work, strict=True):
@@ -267,7 +317,10 @@ class Fleet:
 
     def _special(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> Special:
         pair = self._pair(state, outcome.place, outcome.partner, outcome.is_scenery)
-        touching = self._cluster(state, loop, outcome) if outcome.kind != "rest" else []
+        touching: list[Pair] = []
+        if outcome.kind != "rest":
+            due = [self._pair(state, *one) for one in loop.due(outcome.instant)]
+            touching = list(dict.fromkeys([*due, *self._cluster(state, loop, outcome)]))
         return Special(outcome.kind, max(outcome.instant, self.world.time), pair, touching)
 
     def _cluster(self, state: Any, loop: ImpactLoop, outcome: Outcome) -> list[Pair]:
@@ -308,13 +361,21 @@ class Fleet:
         self._count_again(special)
         server._keep()
         server.queued.pop(special.pair, None)
-        for pair in special.touching:
-            if pair != special.pair:
-                server.touching.setdefault(pair, self.world.time)
         if special.kind == "rest":
-            self.world.transaction.later.append(lambda: server._predict(special.pair, True))
+            self.world.transaction.later.append(lambda: self._rest(special))
         else:
-            server._answer_impacts({special.pair: None})
+            server._answer_cluster(special.pair, special.touching)
+
+    def _rest(self, special: Special) -> None:
+        """Ask the server about a pair that seems to rest; what it has nothing to do about is not to be told again."""
+        if self.server._predict(special.pair, True) != NEVER:
+            return
+        for obj in special.pair:
+            number = -1 if obj.fixed or obj._row < 0 else int(self.world.bodies.batch[obj._row])
+            if number >= 0 and self.world.batches[number].stepper.impacts:
+                state = self.world.batches[number].state
+                if "loop" in state.made:
+                    state.made["loop"].quiet(int(self.world.bodies.local[obj._row]))
 
     def _count_again(self, special: Special) -> None:
         if self._again[0] != special.instant:
@@ -369,6 +430,15 @@ class Fleet:
         ]
         words += [f"pair by pair: {law}: {why}" for law, why in found["not there"].items()]
         return words
+
+
+def _grips_otherwise(law: ResponseLaw) -> bool:
+    """Whether the server solves contacts of ``law`` by a ``grip`` that ``respond`` may know nothing of: of laws here both say the same."""
+    order = type(law).__mro__
+    grip, respond = (next(k for k, one in enumerate(order) if name in one.__dict__) for name in ("grip", "respond"))
+    if order[grip] is ResponseLaw:
+        return False
+    return grip < respond or not order[grip].__module__.startswith("xpheve_laws_collision.")
 
 
 __all__ = ["Fleet", "ImpactStepper"]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from xpheve.compile import assemble, compiled, interpreted
+from xpheve.compile import assemble, compiled
 from xpheve.errors import ContactError
 from xpheve.kernels import response
 from xpheve.kernels.clock import NEVER, Instant
@@ -19,6 +19,7 @@ from xpheve_laws_collision.impact import rows
 from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
+from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -29,7 +30,8 @@ FILES = {
     **{
         name: os.path.join(ROOM, f"{name}.py")
         for name in (
-            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "solids", "strike", "tournament"
+            "cells", "declared", "exchange", "limits", "loop", "meetings", "predict", "rows", "since", "solids", "strike",
+            "tournament"
         )
     },
     **{name: os.path.join(TIMES, f"{name}.py") for name in ("rounded_box", "sphere_plane", "sphere_sphere")},
@@ -47,6 +49,10 @@ SOLIDS = {
 
 FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
+FEW_SHAPES = 48
+"""Up to so many bounded shapes few places look at all of them."""
+SPARSE, WIDE = 64, 4.0
+"""Places from which on, and widths of cells in diameters, an instant is looked for before which nothing meets."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
 LINE = 8
 """Numbers in a line of the processor's cache."""
@@ -98,6 +104,8 @@ class Changed(NamedTuple):
     ----------
     places
         Ascending (k,), with position [m] and velocity [m/s] (3, k) at their clocks (2, k).
+    flights
+        How many new flights each of ``places`` had.
     turned
         Those whose spin is another, (t,), with spin [rad/s] (3, t), and orientation (4, t) at ``turn_clock`` (2, t).
     """
@@ -110,6 +118,7 @@ class Changed(NamedTuple):
     spin: Floats
     orientation: Floats
     turn_clock: Floats
+    flights: Ints
 
 
 class Counts(NamedTuple):
@@ -120,11 +129,6 @@ class Counts(NamedTuple):
     crossings: int
     evaluations: list[int]
     work: list[float]
-
-
-@lru_cache(maxsize=16)
-def _interpreted_text(text: str, files: tuple[tuple[str, str], ...], solids: bool) -> str:
-    return assemble(f"{text}\n\n{SOLIDS[solids]}{ENTRY}", {**FILES, **dict(files)}, declared=DECLARED)
 
 
 @lru_cache(maxsize=2)
@@ -151,6 +155,9 @@ class ImpactLoop:
         Bits of the laws that listen to each (m,): where both sides of a pair have one, Python answers.
     scenery_columns
         Columns of the fixed shapes, as those of places: by name, or (columns, m).
+    scenery_bodies
+        Position [m], orientation, mass [kg] and moments of inertia [kg m^2] of each (m, 11), as laws read them; by default those of a
+        shape without mass that stands at its centre.
     periodic
         Lengths [m] of a periodic box from 0 on, infinite along open axes; None for none.
     compiled
@@ -174,6 +181,7 @@ class ImpactLoop:
         *,
         scenery_heard: Any = None,
         scenery_columns: Any = None,
+        scenery_bodies: Any = None,
         periodic: Sequence[float] | None = None,
         compiled: bool,
         cells: bool | None = None,
@@ -182,11 +190,12 @@ class ImpactLoop:
         self.columns = tuple(responses.columns)
         self._solids = False
         self.periodic = None if periodic is None else tuple(float(one) for one in periodic)
-        self.celled = self.periodic is not None or (count > FEW if cells is None else cells)
+        self._cells = cells
+        self.celled = False
         self.grid: Grid | None = None
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
-        self.f: list[Floats] = [np.zeros(1) for _ in range(10)]
+        self.f: list[Floats] = [np.zeros(1) for _ in range(11)]
         self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(11)]
         f, n = self.f, self.n
         f[rows.CONTACT] = np.zeros(response.SCRATCH)
@@ -196,6 +205,7 @@ class ImpactLoop:
         f[rows.SPACE] = np.zeros(rows.SPACES)
         f[rows.KEYS] = np.full(2 * leaves, math.inf)
         f[rows.KEYS][1::2] = 0.0
+        f[rows.PAIR] = np.zeros(2 * rows.STATES)
         n[rows.LAW] = np.zeros(4, dtype=np.int64)
         n[rows.PLACE] = _lines(rows.PLACES * max(1, count), np.int64)
         n[rows.LINK] = _lines(rows.LINKS * max(1, count), np.int64)
@@ -216,14 +226,18 @@ class ImpactLoop:
         self._place[:, rows.RANK] = np.arange(max(1, count))
         counts = self._counts
         counts[rows.COUNT], counts[rows.LEAVES_OF_TREE] = count, leaves
-        counts[rows.CELLED], counts[rows.OWN_COLUMNS] = self.celled, len(responses.columns)
+        counts[rows.OWN_COLUMNS] = len(responses.columns)
         counts[rows.MOST_AT_ONCE] = max(1000, 100 * count)
-        self._space[rows.BUSY_AT] = math.nan
+        self._space[rows.BUSY_AT], self._space[rows.SINCE] = math.nan, -math.inf
         self._now: Instant = (-math.inf, 0.0)
+        self._quiet: Instant = (-math.inf, 0.0)
+        """Before this nothing meets, whatever cells are left."""
+        self._restless = False
+        """No such instant was found for the places as they are."""
         self._linked: Any = None
         self._kernel: Any = None
         self.set_laws(laws_of_bit)
-        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard)
+        self.set_scenery(scenery, scenery_masks, scenery_columns, scenery_heard, scenery_bodies)
         if self.periodic is not None:
             self._begin_periodic(self.periodic)
 
@@ -264,7 +278,7 @@ class ImpactLoop:
             self.f[rows.WORK] = np.zeros(2 * max(1, len(each)))
         self.laws = len(each)
 
-    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None) -> None:
+    def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
@@ -272,14 +286,23 @@ class ImpactLoop:
         both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
         both[: len(shapes), 1] = 0 if heard is None else heard
         self.n[rows.MASKS] = both.ravel()
-        own = np.full((len(shapes) + 1, response.MOST_COLUMNS), np.nan)
+        own = np.full((len(shapes) + 1, rows.FIXED), np.nan)
+        own[:-1, : rows.ITS] = 0.0
+        own[:-1, rows.FACES], own[:-1, rows.WEIGHS] = 1.0, math.inf
+        of_planes = shapes[:, rows.KIND] == rows.PLANE
+        centres = shapes[:, rows.CENTRE : rows.CENTRE + 3]
+        own[:-1, :3] = np.where(of_planes[:, np.newaxis], 0.0, centres)
+        if bodies is not None:
+            own[:-1, :11] = np.asarray(bodies, dtype=np.float64).reshape(len(shapes), 11)
         if columns is not None:
-            own[: len(shapes), : len(self.columns)] = self._in_order(columns, len(shapes))
+            own[: len(shapes), rows.ITS : rows.ITS + len(self.columns)] = self._in_order(columns, len(shapes))
         solids = bool((shapes[:, rows.KIND] >= rows.BOX).any())
         if solids != self._solids:
             self._solids, self._kernel = solids, None
         self.f[rows.COLUMNS] = own.ravel()
         self._counts[rows.SCENES] = len(shapes)
+        self._bounded = is_bounded(shapes)
+        self._choose_cells(int(self._bounded.sum()))
         places = max(1, self.count)
         self.n[rows.LISTS] = np.zeros(3 * places + len(shapes), dtype=np.int64)
         self._counts[rows.DIRTIES] = 0
@@ -287,6 +310,30 @@ class ImpactLoop:
         self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
         self._counts[rows.CHANGES] = 0
         self._list_changes(np.flatnonzero(self._place[: self.count, rows.CHANGED]))
+
+    def _choose_cells(self, shapes: int) -> None:
+        """Whether there are cells; the lists of fixed shapes are made with them."""
+        wanted = self.count > FEW or shapes > FEW_SHAPES
+        self.celled = self.periodic is not None or (wanted if self._cells is None else self._cells)
+        self._counts[rows.CELLED], self.grid = self.celled, None
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
+
+    @property
+    def _shapes(self) -> Floats:
+        found: Floats = self.f[rows.SCENERY][:-1].reshape(-1, rows.SCENERIES)
+        return found
+
+    @property
+    def since(self) -> Instant:
+        """From when on scenery and laws are as they are: what they would have done to older flights before is none."""
+        return float(self._space[rows.SINCE]), float(self._space[rows.SINCE + 1])
+
+    @since.setter
+    def since(self, instant: Instant) -> None:
+        if self.since != instant:
+            self._space[rows.SINCE : rows.SINCE + 2] = instant
+            self._now = max(self._now, instant)
+            self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
 
     def _in_order(self, columns: Any, count: int) -> Floats:
         """Columns by name, or (columns, count), as (count, columns)."""
@@ -301,6 +348,7 @@ class ImpactLoop:
 
     def _mark(self, places: Ints) -> None:
         """Have ``places`` predicted when the loop runs next."""
+        self._quiet, self._restless = (-math.inf, 0.0), False
         fresh = places[self._place[places, rows.DIRTY] == 0]
         if len(fresh):
             first = int(self._counts[rows.DIRTIES])
@@ -326,11 +374,12 @@ class ImpactLoop:
         columns: Any,
         orientation: Any = None,
         turn_clock: Any = None,
+        streak: Any = None,
     ) -> None:
         """Put flights into ``places`` (k,): vectors (3, k), clocks (2, k), all else (k,); columns by name, or (columns, k).
 
         ``inertia`` may be (k,) or (3, k); ``orientation`` (4, k) is that at ``turn_clock`` (2, k), by default upright at ``clock``.
-        A mask of 0 empties a place. Streaks of losing impacts are kept.
+        A mask of 0 empties a place. ``streak`` (4, k) is as `streaks` has it; by default that of the place stays.
         """
         at = np.asarray(places, dtype=np.int64).reshape(-1)
         state, cold, place = self._state, self._cold, self._place
@@ -352,6 +401,11 @@ class ImpactLoop:
         cold[at, rows.TURN_TIME : rows.TURN_TIME + 2] = times.T if turn_clock is None else np.asarray(turn_clock).T
         if self.columns:
             cold[at, rows.OWN : rows.OWN + len(self.columns)] = self._in_order(columns, len(at))
+        if streak is not None:
+            found = np.asarray(streak, dtype=np.float64)
+            place[at, rows.STREAK], place[at, rows.STREAK_WITH] = found[0], found[3]
+            self._event[at, rows.LAST : rows.LAST + 2] = found[1:3].T
+        place[at, rows.QUIET] = 0
         self._link[at, rows.MASK], place[at, rows.HEARD], place[at, rows.RANK] = mask, heard, rank
         place[at, rows.PRESENT] = self._link[at, rows.MASK] != 0
         if len(at):
@@ -377,6 +431,17 @@ class ImpactLoop:
         self._place[place, rows.SKIP] = scenery_row
         self._mark(np.array([place]))
 
+    def quiet(self, place: int) -> None:
+        """Report no rest of ``place`` until it is loaded again, or has had an impact: nothing comes of it."""
+        self._place[place, rows.QUIET] = 1
+        self._mark(np.array([place]))
+
+    def streaks(self, places: Any) -> Floats:
+        """Losing impacts of ``places`` in close succession (4, k): how many, the instant of the last, the partner (shapes: -1 less their row)."""
+        at = np.asarray(places, dtype=np.int64)
+        last = self._event[at, rows.LAST : rows.LAST + 2]
+        return np.stack([self._place[at, rows.STREAK], last[:, 0], last[:, 1], self._place[at, rows.STREAK_WITH]])
+
     def watch(self, places: Any) -> None:
         """Stop after each impact of these places, and of no others."""
         self._place[:, rows.WATCHED] = 0
@@ -393,8 +458,9 @@ class ImpactLoop:
     def _make(self) -> None:
         responses = self.responses
         if not self.compiled:
-            text = _interpreted_text(responses.text, tuple(sorted(responses.files.items())), self._solids)
-            self._kernel = interpreted(text, what="impact loop")
+            from xpheve_laws_collision.impact.as_files import AsFiles
+
+            self._kernel = AsFiles(responses.text, dict(responses.files), self._solids)
             return
         text = assemble(responses.text + "\n\n" + RESPOND, responses.files)
         self._linked = compiled(text, what="answers of collision laws")
@@ -408,7 +474,12 @@ class ImpactLoop:
 
     def _lay_out(self) -> None:
         present = np.flatnonzero(self._place[: self.count, rows.PRESENT])
-        self.grid = grid = grid_for(self._state[present], self._now, self.periodic, not self._counts[rows.SCENES])
+        shapes = self._shapes
+        solid = bounds(shapes[self._bounded]) if self._bounded.any() else None
+        self.grid = grid = grid_for(
+            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid
+        )
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(shapes, grid)
         counts, space = self._counts, self._space
         counts[rows.GRID : rows.GRID + 3] = grid.sizes
         space[rows.WIDTH : rows.WIDTH + 3] = grid.widths
@@ -429,11 +500,33 @@ class ImpactLoop:
         self._call(LOOK)
         at = int(self.n[rows.TREE][1])
         high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
-        return NEVER if high == math.inf else (high, low)
+        return NEVER if high == math.inf else max((high, low), self._look_for_quiet(at, (high, low)))
+
+    def _look_for_quiet(self, first: int, due: Instant) -> Instant:
+        """Until when nothing meets, if what is ``due`` at place ``first`` is no more than leaving a cell, and places are few and far between."""
+        event, grid = self._event, self.grid
+        if self._restless or grid is None or self.periodic is not None or self.count < SPARSE or self._quiet > due:
+            return self._quiet
+        leaves = (event[first, rows.LEAVES], event[first, rows.LEAVES + 1]) == due
+        apart = not self._bounded.any() and min(grid.widths) > WIDE * grid.diameter
+        if not (leaves and apart and self._now[0] > -math.inf):
+            return self._quiet
+        from xpheve_laws_collision.impact.quiet import quiet_span
+
+        state = self._state[: self.count][self._place[: self.count, rows.PRESENT] != 0]
+        span = (self._now[0] - state[:, rows.TIME]) + (self._now[1] - state[:, rows.TIME + 1])
+        x, v, a = (state[:, at : at + 3] for at in (rows.X, rows.V, rows.PULL))
+        s = span[:, np.newaxis]
+        found = quiet_span(x + s * (v + 0.5 * s * a), v + s * a, a, state[:, rows.RADIUS])
+        self._restless = found == 0.0
+        self._quiet = (min(self._now[0] + found, float(event[: self.count, rows.HITS].min())), -math.inf)
+        return self._quiet
 
     def run(self, limit: Instant) -> Outcome:
         """Let all events strictly before ``limit`` happen; its offset may be infinite."""
         self._prepare()
+        if limit <= self._quiet and not self._counts[rows.DIRTIES]:
+            return self._reached(limit)
         self._space[rows.LIMIT : rows.LIMIT + 2] = limit
         while True:
             self._counts[rows.BUDGET] = BREATH[self.compiled]
@@ -444,9 +537,7 @@ class ImpactLoop:
                 self._now = max(self._now, self._latest_event())
                 self._lay_out()
         if kind == "limit":
-            if limit[0] < math.inf and limit[1] < math.inf:
-                self._now = max(self._now, limit)
-            return Outcome(kind, limit)
+            return self._reached(limit)
         counts = self._counts
         instant = float(self._space[rows.AT]), float(self._space[rows.AT + 1])
         self._now = max(self._now, instant)
@@ -456,6 +547,11 @@ class ImpactLoop:
         if kind == "touch":
             others = self._others(place, partner, is_scenery)
         return Outcome(kind, instant, place, partner, is_scenery, others)
+
+    def _reached(self, limit: Instant) -> Outcome:
+        if limit[0] < math.inf:
+            self._now = max(self._now, (limit[0], 0.0))
+        return Outcome("limit", limit)
 
     def _latest_event(self) -> Instant:
         at = int(self.n[rows.TREE][1])
@@ -477,6 +573,20 @@ class ImpactLoop:
         listed = self.n[rows.LISTS][2 * self.count : 2 * self.count + found].tolist()
         return [(one, False) if one >= 0 else (-1 - one, True) for one in listed]
 
+    def due(self, instant: Instant) -> list[tuple[int, int, bool]]:
+        """The pairs whose impacts are due at ``instant``, as (place, partner, whether it is scenery)."""
+        keys = self.f[rows.KEYS][: 2 * self.count].reshape(-1, 2)
+        found: list[tuple[int, int, bool]] = []
+        for at in np.flatnonzero((keys[:, 0] == instant[0]) & (keys[:, 1] == instant[1])).tolist():
+            event, place = self._event[at], self._place[at]
+            if (event[rows.HITS], event[rows.HITS + 1]) == instant:
+                found.append((at, int(place[rows.WALL]), True))
+            elif (event[rows.MEETS], event[rows.MEETS + 1]) == instant:
+                partner = int(place[rows.PARTNER])
+                if self._link[partner, rows.STAMP] == place[rows.SEEN]:
+                    found.append((at, partner, False))
+        return found
+
     # What has happened
 
     def changed(self) -> Changed:
@@ -485,6 +595,7 @@ class ImpactLoop:
         first = self.count
         at = np.sort(self.n[rows.LISTS][first : first + int(counts[rows.CHANGES])])
         counts[rows.CHANGES] = 0
+        flown = self._place[at, rows.CHANGED]
         self._place[at, rows.CHANGED] = 0
         turned = at[self._place[at, rows.TURNED] != 0]
         self._place[turned, rows.TURNED] = 0
@@ -498,6 +609,7 @@ class ImpactLoop:
             cold[:, rows.SPIN : rows.SPIN + 3].T.copy(),
             cold[:, rows.TURNING : rows.TURNING + 4].T.copy(),
             cold[:, rows.TURN_TIME : rows.TURN_TIME + 2].T.copy(),
+            flown,
         )
 
     def take_counts(self) -> Counts:

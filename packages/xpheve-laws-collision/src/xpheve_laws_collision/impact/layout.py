@@ -38,8 +38,16 @@ class Grid(NamedTuple):
     diameter: float
 
 
-def grid_for(state: Floats, now: Instant, periodic: Sequence[float] | None, free: bool) -> Grid:
+def grid_for(
+    state: Floats,
+    now: Instant,
+    periodic: Sequence[float] | None,
+    free: bool,
+    bounds: tuple[Floats, Floats] | None = None,
+) -> Grid:
     """Return cells for the flights ``state`` (k, 16); they move along with them if ``free``.
+
+    ``bounds``: least and greatest coordinates (m, 3) [m] of fixed shapes that lie in cells, too.
 
     Raises
     ------
@@ -60,11 +68,16 @@ def grid_for(state: Floats, now: Instant, periodic: Sequence[float] | None, free
                 "a sphere would meet two images of another at once. Make the box wider, or the spheres smaller"
             )
     low, high = np.quantile(x, [0.02, 0.98], axis=0)
+    count = len(state)
+    if bounds is not None and len(bounds[0]):
+        count = max(count, len(bounds[0]))
+        low = np.minimum(low, np.quantile(bounds[0], 0.02, axis=0))
+        high = np.maximum(high, np.quantile(bounds[1], 0.98, axis=0))
     extents = np.maximum(1.05 * (high - low), diameter)
     for c in range(3):
         if periodic is not None and closed[c]:
             extents[c] = periodic[c]
-    widths = _widths(extents, diameter * ROOM, len(state))
+    widths = _widths(extents, diameter * ROOM, count)
     sizes = [
         max(1, math.floor(e / w) if shut else math.ceil(e / w))
         for e, w, shut in zip(extents, widths, closed, strict=True)

@@ -17,22 +17,27 @@ from xpheve.kernels.vector import Vec, norm
 from xpheve_laws_collision.impact.cells import put_in, step_over, take_out, wait_to_leave
 from xpheve_laws_collision.impact.limits import TOUCH, ULPS, vector
 from xpheve_laws_collision.impact.meetings import touch_of
-from xpheve_laws_collision.impact.predict import foresee, look_anew, look_around, settle
+from xpheve_laws_collision.impact.predict import foresee, look_anew, look_around, look_at_scenery, reach_of, settle
 from xpheve_laws_collision.impact.rows import (
     AT,
     BOX,
     BUDGET,
     BUSY,
     BUSY_AT,
+    CELL,
+    CELL_AT,
     CELLED,
     COUNT,
     COUNTS,
     CROSSINGS,
     DIRTIES,
     DIRTY,
+    ENDLESS,
     EVENT,
     EVENTS,
     GIVEN,
+    GRID,
+    HEADS,
     HITS_HOW,
     JOB,
     KEYS,
@@ -47,6 +52,7 @@ from xpheve_laws_collision.impact.rows import (
     MEETS,
     MEETS_HOW,
     MOST_AT_ONCE,
+    NEXT,
     PARTNER,
     PAUSED,
     PLACE,
@@ -59,13 +65,13 @@ from xpheve_laws_collision.impact.rows import (
     SCENERY,
     SCENES,
     SEEN,
+    SHELVES,
     SKIP,
     SPACE,
     STALE,
     STAMP,
     STATE,
     STATES,
-    TIME,
     TREE,
     WALL,
     WAY,
@@ -73,6 +79,7 @@ from xpheve_laws_collision.impact.rows import (
     WITH,
     WITH_SCENERY,
 )
+from xpheve_laws_collision.impact.since import beginning
 from xpheve_laws_collision.impact.strike import stand, state_at, with_place, with_wall
 
 RUN, LOOK, NEAR = 0, 1, 2
@@ -95,18 +102,17 @@ def renew(f: Any, n: Any) -> int:
     counts = n[COUNTS]
     place = n[PLACE]
     lists = n[LISTS]
-    state = f[STATE]
     if counts[CELLED]:
         for k in range(counts[DIRTIES]):
             i = lists[k]
             take_out(n, i)
             if place[PLACES * i + PRESENT]:
-                put_in(f, n, i, (state[STATES * i + TIME], state[STATES * i + TIME + 1]))
+                put_in(f, n, i, beginning(f, i))
     for k in range(counts[DIRTIES]):
         i = lists[k]
         place[PLACES * i + DIRTY] = 0
         n[LINK][LINKS * i + STAMP] += 1
-        foresee(f, n, i, -1, -1, (state[STATES * i + TIME], state[STATES * i + TIME + 1]))
+        foresee(f, n, i, -1, -1, beginning(f, i))
     counts[DIRTIES] = 0
     return 0
 
@@ -137,6 +143,7 @@ def run(f: Any, n: Any) -> int:
             way = place[p + WAY]
             step_over(f, n, i)
             look_around(f, n, i, way, -1)
+            look_at_scenery(f, n, i, way, -1)
             wait_to_leave(f, n, i, (high, low))
             settle(f, n, i)
             continue
@@ -181,29 +188,61 @@ def is_busy(f: Any, n: Any, high: float, low: float) -> bool:
 def touching(f: Any, n: Any, i: int) -> int:
     """Write down who touches place ``i`` at the instant `AT`: places, and fixed shapes as -1 less their row. How many they are."""
     counts = n[COUNTS]
-    place = n[PLACE]
-    lists = n[LISTS]
+    p = PLACES * i
+    found = 0
+    if counts[CELLED] and counts[DIRTIES] == 0 and n[PLACE][p + CELL] >= 0:
+        place = n[PLACE]
+        nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
+        x, y, z = place[p + CELL_AT] % nx, place[p + CELL_AT + 1] % ny, place[p + CELL_AT + 2] % nz
+        first, last = reach_of(n, 0, x, 0)
+        first_y, last_y = reach_of(n, 1, y, 0)
+        first_z, last_z = reach_of(n, 2, z, 0)
+        for at_x in range(x + first, x + last + 1):
+            for at_y in range(y + first_y, y + last_y + 1):
+                for at_z in range(z + first_z, z + last_z + 1):
+                    j = n[HEADS][((at_x % nx) * ny + at_y % ny) * nz + at_z % nz]
+                    while j >= 0:
+                        found = touching_place(f, n, i, j, found)
+                        j = n[LINK][LINKS * j + NEXT]
+        at = counts[ENDLESS] + place[p + CELL]
+        for k in range(n[SHELVES][at], n[SHELVES][at + 1]):
+            found = touching_row(f, n, i, n[SHELVES][k], found)
+        for k in range(counts[ENDLESS]):
+            found = touching_row(f, n, i, n[SHELVES][k], found)
+        return found
+    for j in range(counts[COUNT]):
+        found = touching_place(f, n, i, j, found)
+    for row in range(counts[SCENES]):
+        found = touching_row(f, n, i, row, found)
+    return found
+
+
+def touching_place(f: Any, n: Any, i: int, j: int, found: int) -> int:
+    """Write ``j`` down as the next of ``found``, if it touches ``i``: how many there are then."""
+    if j == i or n[LINK][LINKS * j + MASK] & n[LINK][LINKS * i + MASK] == 0:
+        return found
     space = f[SPACE]
     now = (space[AT], space[AT + 1])
-    to = 2 * counts[COUNT]
-    x, v, pull = state_at(f, i, now)
+    x = state_at(f, i, now)[0]
+    y = state_at(f, j, now)[0]
+    distance = f[STATE][STATES * i + RADIUS] + f[STATE][STATES * j + RADIUS]
+    d = nearest((y[0] - x[0], y[1] - x[1], y[2] - x[2]), vector(space, BOX))
+    if abs(norm(d) - distance) <= TOUCH * distance + ULPS * (norm(x) + norm(y)):
+        n[LISTS][2 * n[COUNTS][COUNT] + found] = j
+        return found + 1
+    return found
+
+
+def touching_row(f: Any, n: Any, i: int, row: int, found: int) -> int:
+    """The same of a fixed shape."""
+    if row == n[PLACE][PLACES * i + SKIP] or n[MASKS][2 * row] & n[LINK][LINKS * i + MASK] == 0:
+        return found
+    x, v, pull = state_at(f, i, (f[SPACE][AT], f[SPACE][AT + 1]))
     radius = f[STATE][STATES * i + RADIUS]
-    mask = n[LINK][LINKS * i + MASK]
-    found = 0
-    for j in range(counts[COUNT]):
-        if j != i and n[LINK][LINKS * j + MASK] & mask:
-            y = state_at(f, j, now)[0]
-            distance = radius + f[STATE][STATES * j + RADIUS]
-            d = nearest((y[0] - x[0], y[1] - x[1], y[2] - x[2]), vector(space, BOX))
-            if abs(norm(d) - distance) <= TOUCH * distance + ULPS * (norm(x) + norm(y)):
-                lists[to + found] = j
-                found += 1
-    for row in range(counts[SCENES]):
-        if row != place[PLACES * i + SKIP] and n[MASKS][2 * row] & mask:
-            gap = stand(f[SCENERY], row, x, v, pull, radius)[0]
-            if abs(gap) <= touch_of(f[SCENERY], row, x, radius):
-                lists[to + found] = -1 - row
-                found += 1
+    gap = stand(f[SCENERY], row, x, v, pull, radius)[0]
+    if abs(gap) <= touch_of(f[SCENERY], row, x, radius):
+        n[LISTS][2 * n[COUNTS][COUNT] + found] = -1 - row
+        return found + 1
     return found
 
 

@@ -7,12 +7,14 @@ from typing import Any
 
 from xpheve.kernels.vector import Vec
 from xpheve.laws import ResponseLaw
+from xpheve.laws import conditions as when
+from xpheve.laws.combinations import leaves
 from xpheve.laws.response import FILTER
 from xpheve.objects import PhysicalObject
 
 SCENERY = ("sphere", "plane", "box", "capsule")
 """Fixed shapes that the loop knows."""
-FEW = 32
+FEW = 1
 """Moving bodies of a set from which on it flies in the loop unasked."""
 MOST_LAWS = 62
 """Bits of a mask."""
@@ -89,6 +91,8 @@ def _why_not(world: Any, laws: list[Any]) -> str:
             return f"{obj.label} {why}"
         moving += not obj.fixed
     for law in laws:
+        if law not in answering and not _hears_impacts_only(law):
+            return f"{law.label()} waits for contacts to begin, to last or to end"
         if law not in answering:
             mine = world.mapping.objects(law)
             if not any(set(mine) <= set(world.mapping.objects(one)) for one in answering):
@@ -98,6 +102,12 @@ def _why_not(world: Any, laws: list[Any]) -> str:
     if moving < FEW and world.wish != WISH:
         return f"{moving} bodies move: from {FEW} on it pays"
     return ""
+
+
+def _hears_impacts_only(law: Any) -> bool:
+    """Whether no container of ``law`` waits for another condition of contacts than an impact."""
+    heard = [leaf for one in law.containers if one.condition is not None for leaf in leaves(one.condition)]
+    return all(isinstance(leaf, when.Impact) for leaf in heard if leaf.served_by == "contacts")
 
 
 def _why_not_object(world: Any, obj: PhysicalObject, along: dict[tuple[Any, ...], bool]) -> str:

@@ -12,9 +12,11 @@ from xpheve_laws_collision.impact.limits import ULPS, vector
 from xpheve_laws_collision.impact.meetings import SURE, hit, meeting
 from xpheve_laws_collision.impact.rows import (
     BOX,
+    CELL,
     CELLED,
     COUNT,
     COUNTS,
+    ENDLESS,
     EVENT,
     EVENTS,
     FOLDED,
@@ -35,6 +37,7 @@ from xpheve_laws_collision.impact.rows import (
     NEARS,
     NEXT,
     NOTHING,
+    PAIR,
     PARTNER,
     PERIODIC,
     PLACE,
@@ -42,11 +45,13 @@ from xpheve_laws_collision.impact.rows import (
     PREDICTIONS,
     PRESENT,
     PULL,
+    QUIET,
     RADIUS,
     RANK,
+    REST,
     SCENERY,
-    SCENES,
     SEEN,
+    SHELVES,
     SHIFT,
     SKIP,
     SPACE,
@@ -60,6 +65,7 @@ from xpheve_laws_collision.impact.rows import (
     V,
     X,
 )
+from xpheve_laws_collision.impact.since import bring, is_older
 from xpheve_laws_collision.impact.tournament import replay
 
 AT_A_GLANCE = 1.0005
@@ -72,7 +78,14 @@ def look_at(f: Any, n: Any, i: int, j: int, k: Vec, box: Vec) -> int:
     event = f[EVENT]
     e = EVENTS * i
     best = (event[e + MEETS], event[e + MEETS + 1])
-    high, low, how = meeting(f[STATE], i, j, k, box, best)
+    if is_older(f, i) and is_older(f, j):
+        bring(f, i, 0)
+        bring(f, j, 1)
+        high, low, how = meeting(f[PAIR], 0, 1, k, box, best)
+    else:
+        high, low, how = meeting(f[STATE], i, j, k, box, best)
+    if how & REST and (place[PLACES * i + QUIET] or place[PLACES * j + QUIET]):
+        return how >> 2
     if earlier(n, i, j, high, low, best):
         p = PLACES * i
         b = STATES * j + WRAPS
@@ -163,8 +176,9 @@ def look_in_cells(f: Any, n: Any, i: int, way: int, but: int) -> int:
 def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
     """Predict ``i`` with the ``count`` lists noted as nearby: how many places touch it, ``but`` left out.
 
-    The lists are followed side by side, each place followed by the next of its list, so that no branch depends on how long they are. Most places of them are seen to pass at a glance, in plain floats: their centres, on a straight way past each other, do not come within a
-    little more than the sum of the radii, or not before what is known already. What is left out so changes no bit of what is found.
+    The lists are followed side by side, each place followed by the next of its list, so that no branch depends on how long they are. Most
+    places are seen to pass at a glance, in plain floats: their centres, on a straight way past each other, do not come within a little more
+    than the sum of the radii, or not before what is known already. What is left out so changes no bit of what is found.
     """
     state = f[STATE]
     event = f[EVENT]
@@ -250,39 +264,65 @@ def look_at_nearby(f: Any, n: Any, i: int, count: int, but: int) -> int:
     return touching
 
 
-def look_at_scenery(f: Any, n: Any, i: int, but: int) -> int:
-    """Predict ``i`` with the fixed shapes: how many of them touch it, ``but`` left out."""
-    place = n[PLACE]
-    event = f[EVENT]
-    state = f[STATE]
-    shapes = f[SCENERY]
-    masks = n[MASKS]
+def look_at_scenery(f: Any, n: Any, i: int, way: int, but: int) -> int:
+    """Predict ``i`` with the fixed shapes of its cell and those without bounds; with the former only, where it moved over ``way``.
+
+    Returns how many of them touch it, ``but`` left out.
+    """
+    counts = n[COUNTS]
+    shelves = n[SHELVES]
     p = PLACES * i
     e = EVENTS * i
+    touching = 0
+    if way == 0:
+        n[PLACE][p + WALL] = -1
+        n[PLACE][p + HITS_HOW] = NOTHING
+        f[EVENT][e + HITS] = math.inf
+        f[EVENT][e + HITS + 1] = 0.0
+        touching = look_at_rows(f, n, i, 0, counts[ENDLESS], but)
+    if counts[CELLED] and n[PLACE][p + CELL] >= 0:
+        at = counts[ENDLESS] + n[PLACE][p + CELL]
+        if shelves[at] < shelves[at + 1]:
+            touching += look_at_rows(f, n, i, shelves[at], shelves[at + 1], but)
+    return touching
+
+
+def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int) -> int:
+    """Predict ``i`` with fixed shapes of the shelves from ``first`` on, and keep the next that it hits: how many touch it."""
+    place = n[PLACE]
+    event = f[EVENT]
+    shapes = f[SCENERY]
+    masks = n[MASKS]
+    shelves = n[SHELVES]
+    p = PLACES * i
+    e = EVENTS * i + HITS
     mask = n[LINK][LINKS * i + MASK]
     skip = place[p + SKIP]
-    best = math.inf
-    how = NOTHING
-    wall = -1
+    older = is_older(f, i)
+    if older:
+        bring(f, i, 0)
+    state = f[PAIR] if older else f[STATE]
+    one = 0 if older else i
+    start = (state[STATES * one + TIME], state[STATES * one + TIME + 1])
+    high = event[e]
+    low = event[e + 1]
     touching = 0
-    for row in range(n[COUNTS][SCENES]):
+    for at in range(first, end):
+        row = shelves[at]
         if row != skip and masks[2 * row] & mask:
             n[COUNTS][PREDICTIONS] += 1
-            span, found = hit(state, i, shapes, row)
-            if found & TOUCHES and row != but:
+            span, how = hit(state, one, shapes, row)
+            if how & TOUCHES and row != but:
                 touching += 1
-            if span < best:
-                best = span
-                how = found & 3
-                wall = row
-    place[p + WALL] = wall
-    place[p + HITS_HOW] = how
-    high, low = math.inf, 0.0
-    if wall >= 0:
-        a = STATES * i + TIME
-        high, low = later((state[a], state[a + 1]), best)
-    event[e + HITS] = high
-    event[e + HITS + 1] = low
+            if span < math.inf and not (how & REST and place[p + QUIET]):
+                new, new_low = later(start, span)
+                if new < high or (new == high and (new_low < low or (new_low == low and row < place[p + WALL]))):
+                    high = new
+                    low = new_low
+                    place[p + WALL] = row
+                    place[p + HITS_HOW] = how & 3
+    event[e] = high
+    event[e + 1] = low
     return touching
 
 
@@ -315,7 +355,7 @@ def look_anew(f: Any, n: Any, i: int, but: int) -> int:
 
 def foresee(f: Any, n: Any, i: int, but_place: int, but_wall: int, now: tuple[float, float]) -> int:
     """All that happens to ``i``, whose flight is new: how many touch it, the two left out."""
-    touching = look_anew(f, n, i, but_place) + look_at_scenery(f, n, i, but_wall)
+    touching = look_anew(f, n, i, but_place) + look_at_scenery(f, n, i, 0, but_wall)
     if n[COUNTS][CELLED]:
         wait_to_leave(f, n, i, now)
     settle(f, n, i)

@@ -6,10 +6,11 @@ STATE = 2  # a row a place: its flight
 EVENT = 3  # a row a place: what happens to it next
 COLD = 4  # a row a place: what only laws ask for
 SCENERY = 5  # a row a fixed shape
-COLUMNS = 6  # of fixed shapes, for laws
+COLUMNS = 6  # a row a fixed shape: what only laws ask for, then columns
 SPACE = 7  # see below
 KEYS = 8  # the instant of each place's next event, two floats
 WORK = 9  # a law's work [J] and the rest of its compensated sum
+PAIR = 10  # two rows as those of STATE: flights as they are at SINCE
 
 # Buffers of integers
 LAW = 0  # number, branch and offset of the law that answers
@@ -21,6 +22,7 @@ LISTS = 5  # places to be predicted, then places that have changed, then the ans
 MASKS = 6  # of fixed shapes: bits of laws that answer, bits of those that listen
 LAWS = 7  # law of each of 64 bits, then a row a law
 LINK = 8  # a short row a place: what those nearby look at
+SHELVES = 9  # fixed shapes that all look at; where the list of each cell begins; the lists
 NEARBY = 10  # lists of places near another one, a row each
 
 # A row of n[NEARBY]
@@ -51,25 +53,33 @@ SPIN, MASS, INERTIA, TURNING, TURN_TIME, OWN = 0, 3, 4, 8, 12, 16
 # A row of f[SCENERY]
 SCENERIES = 24
 KIND, CENTRE, TURN, SIZE = 0, 1, 4, 13
+
+# A row of f[COLUMNS]
+FIXED = 32
+STANDS, FACES, WEIGHS, MOMENTS, ITS = 0, 3, 7, 8, 16
+"""Position, orientation, mass and moments of inertia of a fixed body, and its columns."""
 SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 
 # A row of n[PLACE]
 PLACES = 24
-FOLDED = 0
+QUIET = 0
+FOLDED = 1
 HEARD, RANK, SKIP, WATCHED = 4, 5, 6, 7
 CELL, CELL_AT, WAY, PARTNER, SEEN, MEETS_HOW, WALL, HITS_HOW = 8, 9, 12, 13, 14, 15, 16, 17
 STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT, TURNED = 18, 19, 20, 21, 22, 23
-"""FOLDED: the coordinates of the list the place is in, and CELL: which that is; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""
+"""FOLDED: the coordinates of the list the place is in, and CELL: which that is; CELL_AT: its three coordinates in cells, counted on from those of
+its flight's beginning; WAY: how it leaves."""
 
 # f[SPACE]
-LIMIT, BOX, WIDTH, FRAME_TIME, FRAME, BUSY_AT, AT = 0, 2, 5, 8, 10, 19, 21
-"""FRAME: origin, velocity and acceleration of the cells, at FRAME_TIME; AT: instant of what the loop stopped for."""
-SPACES = 24
+LIMIT, BOX, WIDTH, FRAME_TIME, FRAME, BUSY_AT, AT, SINCE = 0, 2, 5, 8, 10, 19, 21, 23
+"""FRAME: origin, velocity and acceleration of the cells, at FRAME_TIME; AT: instant of what the loop stopped for; SINCE: scenery and laws are
+as they are from then on, and what would have been before is none."""
+SPACES = 26
 
 # n[COUNTS]
 JOB, COUNT, SCENES, CELLED, GRID, PERIODIC, SAME_TIME, DIRTIES, CHANGES = 0, 1, 2, 3, 4, 7, 10, 11, 12
 IMPACTS, PREDICTIONS, CROSSINGS, STALE, LEAVES_OF_TREE, ADDRESS, OWN_COLUMNS = 13, 14, 15, 16, 17, 18, 19
-WHO, WITH, WITH_SCENERY, BUDGET, MOST_AT_ONCE, FOUND, GIVEN = 20, 21, 22, 23, 24, 25, 26
+WHO, WITH, WITH_SCENERY, BUDGET, MOST_AT_ONCE, FOUND, GIVEN, ENDLESS = 20, 21, 22, 23, 24, 25, 26, 27
 COUNTED = 32
 
 # A row of n[LAWS], after the laws of the bits

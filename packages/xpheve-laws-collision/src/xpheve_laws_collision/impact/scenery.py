@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,51 @@ WIDTH = 24
 KIND, CENTRE, ROTATION, SIZES, REACH = 0, 1, 4, 13, 16
 """Where a row has its kind; its centre [m], or a plane's unit normal; its rotation, row by row; its sizes [m], or a plane's level; its reach [m]."""
 SPHERE, PLANE, BOX, CAPSULE = range(4)
+STANDING = ("position", "orientation", "mass", "inertia")
+"""What laws may read of a fixed body."""
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Surroundings(NamedTuple):
+    """What flights are among: fixed shapes, and who shares which law with whom.
+
+    Attributes
+    ----------
+    rows
+        Fixed shapes, (m, `WIDTH`).
+    masks
+        Bits of the laws of each that answer, and of those that listen (2, m).
+    bodies
+        Their numbers as laws read them, those of `STANDING`, (m, 11).
+    columns
+        Their columns by name, (m,).
+    place_masks
+        As ``masks``, of what flies.
+    laws_of_bit
+        Numbers of the laws of the bits; -1 for those that only listen.
+    """
+
+    rows: Array
+    masks: NDArray[np.int64]
+    bodies: Array
+    columns: dict[str, Array]
+    place_masks: NDArray[np.int64]
+    laws_of_bit: list[int]
+
+    def mark(self) -> int:
+        """A number that is another one where shapes or masks are; what laws answer does not count."""
+        found = zlib.crc32(self.rows.tobytes())
+        for masks in (self.masks, self.place_masks):
+            found = zlib.crc32(np.ascontiguousarray(masks).tobytes(), found)
+        return found
+
+    def read(self) -> tuple[Any, ...]:
+        """What of it laws read."""
+        return (
+            self.bodies.tobytes(),
+            {name: values.tobytes() for name, values in self.columns.items()},
+            self.laws_of_bit,
+        )
 
 
 def scenery_rows(shapes: Sequence[Any], bodies: Any, rows: Sequence[int]) -> Array:

@@ -12,7 +12,7 @@ from xpheve.kernels.clock import NEVER, Instant
 from xpheve.steppers.contract import Flight, Offer, Refusal, Rows, Settings, Signature, Sources, State, Stop
 from xpheve.steppers.flights import FlightState, FlightStepper
 
-DUE, DUE_REST = "due", "due_rest"
+DUE = "due"
 UNKNOWN: Instant = (-np.inf, 0.0)
 """When the next event is due as long as it is not looked for: at once, so that it is."""
 
@@ -40,7 +40,8 @@ class ImpactStepper(FlightStepper):
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:
         state = FlightState(np.zeros(0, dtype=np.int64))
-        state.arrays["streak"] = np.zeros((3, 0))
+        state.arrays["streak"] = np.zeros((4, 0))
+        state.numbers["since"], state.numbers["since_rest"] = t
         self.join(state, rows, bodies, t)
         return state
 
@@ -56,7 +57,9 @@ class ImpactStepper(FlightStepper):
         look_again(state)
 
     def covered(self, state: State) -> Instant:
-        return state.numbers[DUE], state.numbers[DUE_REST]
+        assert isinstance(state, FlightState)
+        due: Instant = state.made.get(DUE, UNKNOWN)
+        return due
 
     def flight(self, state: State, bodies: Bodies, local: int) -> Flight:
         return super().flight(state, bodies, local)._replace(t1=NEVER)
@@ -85,8 +88,9 @@ def look_again(state: State) -> None:
 
 
 def put_due(state: State, due: Instant) -> None:
-    """The next event of ``state`` is ``due``."""
-    state.numbers[DUE], state.numbers[DUE_REST] = due
+    """The next event of ``state`` is ``due``: not a part of the state, but what follows from it."""
+    assert isinstance(state, FlightState)
+    state.made[DUE] = due
 
 
 def load_again(state: State, places: Sequence[int]) -> None:

@@ -15,7 +15,6 @@ from xpheve.kernels.response import (
     BODY_B,
     IMPULSE,
     INVERSE_MASS,
-    MOST_COLUMNS,
     NORMAL,
     ORIENTATION,
     POINT,
@@ -59,12 +58,15 @@ from xpheve_laws_collision.impact.rows import (
     COUNTS,
     EVENT,
     EVENTS,
+    FACES,
     FAILED,
+    FIXED,
     GRID,
     HEARD,
     IMPACTS,
     INERTIA,
     INVERSE,
+    ITS,
     KIND,
     LAST,
     LAW,
@@ -85,6 +87,7 @@ from xpheve_laws_collision.impact.rows import (
     PLACES,
     PLANE,
     PULL,
+    QUIET,
     RADIUS,
     RANK,
     SCENERIES,
@@ -96,6 +99,7 @@ from xpheve_laws_collision.impact.rows import (
     SPHERE,
     SPIN,
     STAMP,
+    STANDS,
     STATE,
     STATES,
     STREAK,
@@ -108,11 +112,13 @@ from xpheve_laws_collision.impact.rows import (
     TURNING,
     WALL,
     WATCHED,
+    WEIGHS,
     WORK,
     WRAPS,
     V,
     X,
 )
+from xpheve_laws_collision.impact.rows import MOMENTS as ITS_MOMENTS
 
 SHORTEST_FLIGHT = 1e-10  # [s], as in `xpheve_laws_collision.server.instant`
 STREAKS = 8  # dissipative impacts in a row, each less than CLOSE after the last
@@ -193,19 +199,19 @@ def tell_scenery(f: Any, n: Any, at: int, row: int) -> int:
     zero = (0.0, 0.0, 0.0)
     c = SCENERIES * row
     kind = int(shape[c + KIND])
-    put(contact, at + POSITION, vector(shape, c + CENTRE) if kind != PLANE else zero)
+    own = f[COLUMNS]
+    o = FIXED * row
+    put(contact, at + POSITION, vector(own, o + STANDS))
     put(contact, at + VELOCITY, zero)
     put(contact, at + SPINNING, zero)
-    contact[at + ORIENTATION] = 1.0
-    contact[at + ORIENTATION + 1] = 0.0
-    contact[at + ORIENTATION + 2] = 0.0
-    contact[at + ORIENTATION + 3] = 0.0
-    contact[at + WEIGHT] = math.inf
+    for k in range(4):
+        contact[at + ORIENTATION + k] = own[o + FACES + k]
+    contact[at + WEIGHT] = own[o + WEIGHS]
     contact[at + INVERSE_MASS] = 0.0
-    put(contact, at + MOMENTS, zero)
+    put(contact, at + MOMENTS, vector(own, o + ITS_MOMENTS))
     contact[at + ROUND] = shape[c + SIZE] if kind == SPHERE or kind == CAPSULE else math.nan
     for k in range(n[COUNTS][OWN_COLUMNS]):
-        contact[at + OF_BODY + k] = f[COLUMNS][MOST_COLUMNS * row + k]
+        contact[at + OF_BODY + k] = own[o + ITS + k]
     return 0
 
 
@@ -300,9 +306,10 @@ def fly_on(f: Any, n: Any, i: int, x: Vec, v: Vec, now: Instant) -> int:
     state[a + TIME] = now[0]
     state[a + TIME + 1] = now[1]
     n[LINK][LINKS * i + STAMP] += 1
+    place[p + QUIET] = 0
     begin_again(f, n, i)
-    if place[p + CHANGED] == 0:
-        place[p + CHANGED] = 1
+    place[p + CHANGED] += 1
+    if place[p + CHANGED] == 1:
         n[LISTS][n[COUNTS][COUNT] + n[COUNTS][CHANGES]] = i
         n[COUNTS][CHANGES] += 1
     return 0

@@ -252,8 +252,11 @@ def other_face(p: Vec, v: Vec, a: Vec, half: Vec, face: Vec, end: float) -> floa
     for k in (0, 1, 2):
         for side in (1.0, -1.0):
             if face[k] != side:
-                c = (level - (side * p[k] - half[k]), rate - side * v[k], bend - 0.5 * side * a[k], 0.0, 0.0)
-                end = min(end, first_crossing(c, 0.0, end))
+                lead = 0.5 * side * a[k]
+                low, high = quadratic_roots(level - (side * p[k] - half[k]), rate - side * v[k], bend - lead)
+                passed = high if bend < lead else low
+                if 0.0 < passed < end:
+                    end = passed
     return end
 
 

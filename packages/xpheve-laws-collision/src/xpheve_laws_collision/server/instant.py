@@ -13,9 +13,8 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import ULPS, Gap, flipped
 from xpheve_laws_collision.server.generations import Generations
-from xpheve_laws_collision.server.pairs import ROUND, Pair
+from xpheve_laws_collision.server.pairs import ROUND, SHORTEST_FLIGHT, Pair
 
-SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 STREAK = 1000  # dissipative impacts in a row, each less than CLOSE after the last: collapse
 CLOSE = 1e-7  # [s]
 TURNING_STREAK, TURNING_CLOSE = 200, 1e-6  # the same where bodies turn, each of whose impacts takes milliseconds

@@ -21,9 +21,11 @@ from xpheve_laws_collision.impact.fleet import Fleet
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover, family_of, flipped
 from xpheve_laws_collision.narrow_phase.limits import extent_of, has_mesh, too_far_apart
+from xpheve_laws_collision.server.curves import Curves
 
 Pair = tuple[PhysicalObject, PhysicalObject]
 
+SHORTEST_FLIGHT = 1e-10  # [s] a bounce shorter than this is ended in closed form (design 8)
 TABLES = ("touching", "inside", "supports", "held", "collapsing", "streaks", "told")
 
 
@@ -60,7 +62,8 @@ class Pairs(ContactServer):
 
     def attach(self, world: Any) -> None:
         self.world = world
-        self.broad_phase = BroadPhase(world)
+        self.curves = Curves(world)
+        self.broad_phase = BroadPhase(world, self.curves)
         self.fleet = Fleet(self)
         self.touching: dict[Pair, Instant] = {}
         """Pairs in contact, with the instant since when."""
@@ -87,9 +90,13 @@ class Pairs(ContactServer):
         self.impacts = 0
         self.generations = 0
         self.predictions = 0
+        self.watched: dict[PhysicalObject, tuple[int, Instant]] = {}
+        """Flights without end, by version, and until when they are looked at."""
         self._families: dict[tuple[str, str], tuple[Family, bool]] = {}
         self._planes: dict[Plane, Plane] = {}
         self._kinds: dict[Any, set[tuple[str, bool]]] = {}
+        self._meshes: dict[Any, tuple[int, bool]] = {}
+        """By law: whether a mesh was among its objects, and at which structure of the scene."""
         self._extents: dict[Any, dict[bool, tuple[float, float]]] = {}
         """By law, of fixed objects and of others: the greatest reach, and the least that one of them allows [m]."""
         self.looked: dict[Pair, tuple[Instant, int]] = {}
@@ -100,6 +107,8 @@ class Pairs(ContactServer):
         for law in laws:
             if not any(c.condition is not None and c.condition.served_by == "contacts" for c in law.containers):
                 continue
+            if own[0] == "mesh":
+                self.world.structure += 1  # what meets it flies along parabolas from then on
             if own[0] == "mesh" and any(obj.angular_velocity):
                 raise ContactError(f"{obj!r} under {law!r}: {_turns(f'angular velocity {obj.angular_velocity} rad/s')}")
             kinds = self._kinds.setdefault(law, set())
@@ -121,6 +130,24 @@ class Pairs(ContactServer):
         """What its contacts are found as: a compound with a mesh among its parts meets what a mesh meets."""
         shape = self._shape(obj)
         return "mesh" if has_mesh(shape) else str(shape.kind)
+
+    def parabolas(self, obj: PhysicalObject) -> str:
+        if obj in self.supports:
+            return f"it rests on {self.supports[obj].plane.label}"
+        if obj in self.held:
+            return "it is held"
+        for law in self._heard_laws(obj):
+            if self._with_mesh(law):
+                return f"a mesh is among the objects of {law.label()}"
+        return ""
+
+    def _with_mesh(self, law: Any) -> bool:
+        """Whether an object of ``law`` is a mesh, or has one among its parts."""
+        seen = self._meshes.get(law)
+        if seen is None or seen[0] != self.world.structure:
+            found = any(has_mesh(self._shape(one)) for one in self.world.mapping.objects(law))
+            seen = self._meshes[law] = self.world.structure, found
+        return seen[1]
 
     def check_turning(self, obj: PhysicalObject, spin: Vec) -> None:
         self._refuse_mesh(obj, f"angular velocity {spin} rad/s" if any(spin) else "")
@@ -191,9 +218,14 @@ class Pairs(ContactServer):
     def _mover(self, obj: PhysicalObject, t: Instant, flight: Flight | None = None) -> Mover:
         """``obj`` at ``t``, which is not before its last re-base; ``flight`` is its own, if that is at hand."""
         flight = flight if flight is not None else self.world.flight(obj._row)
-        s = elapsed(t, flight.t0)
-        x, v, a = flight.position, flight.velocity, flight.acceleration
-        half = 0.5 * s
+        if flight.curved:
+            x, v, a = self.curves.centre(obj, t, flight)
+        else:
+            s = elapsed(t, flight.t0)
+            x, v, a = flight.position, flight.velocity, flight.acceleration
+            half = 0.5 * s
+            x = (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2]))
+            v = (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2])
         shape = self._shape(obj)
         turning: tuple[Any, ...] = ()
         orientation: Any = self.world.bodies.get("orientation", obj._row)
@@ -206,14 +238,7 @@ class Pairs(ContactServer):
                 if immovable(obj)
                 else (spin, bodies.get("inertia", row), bodies.get("torque", row))
             )
-        return Mover(
-            (x[0] + s * (v[0] + half * a[0]), x[1] + s * (v[1] + half * a[1]), x[2] + s * (v[2] + half * a[2])),
-            (v[0] + s * a[0], v[1] + s * a[1], v[2] + s * a[2]),
-            a,
-            orientation,
-            shape,
-            *turning,
-        )
+        return Mover(x, v, a, orientation, shape, *turning)
 
     def _points(self, pair: Pair, t: Instant) -> list[Gap]:
         """The points at which ``pair`` touches; the deepest if none does any more, by rounding."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,10 +15,15 @@ from xpheve.objects import PhysicalObject
 from xpheve.steppers.contract import Rows
 from xpheve_laws_collision.broad_phase import MANY
 from xpheve_laws_collision.impact_time.advancement import STEPS, UndecidedError
+from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Family, Gap, Mover
+from xpheve_laws_collision.narrow_phase.limits import has_mesh
 from xpheve_laws_collision.server.instant import ImpactInstant
 from xpheve_laws_collision.server.pairs import ROUND, TURNING, Pair, pair_of
 from xpheve_laws_collision.server.standing import Standing
+
+if TYPE_CHECKING:
+    from xpheve_laws_collision.impact_time.curved import CurvedFamily, Side
 
 LOOKS = 3  # searches of one pair in a row that hardly moved on
 REPEATS = 2_000  # impacts of one pair at one instant; more do not end
@@ -33,6 +38,7 @@ class Prediction(Standing):
         for obj in objects:
             self._refuse_turning(obj)
             self._recheck_standing(obj)
+            self._watch_window(obj)
         broad.gather(self._asking_laws, rows)
         flying = [obj for obj in objects if self.fleet.flies(obj)]
         if flying:
@@ -42,6 +48,8 @@ class Prediction(Standing):
             if not objects:
                 return
         if broad.moving < MANY:
+            if self.swept != NEVER:  # the others are known up to the end of the window only
+                objects = [world.bodies.objects[row] for row in broad.rows.tolist()]
             self.swept = NEVER
         elif self.swept <= world.time or self.swept == NEVER or 4 * len(rows) > broad.moving:
             self._predict_standing(set(objects))
@@ -50,6 +58,28 @@ class Prediction(Standing):
         self._predict_standing(set(objects))
         done: set[PhysicalObject] = set()
         for obj in objects:
+            self._predict_all(obj, done)
+            done.add(obj)
+
+    def _watch_window(self, obj: PhysicalObject) -> None:
+        """Come back at the end of the window of a curved flight without end, to follow it into the next."""
+        world = self.world
+        flight = world.flight(obj._row)
+        if not flight.curved or flight.t1 != NEVER or not self._heard_laws(obj):
+            return
+        end = self.curves.window(obj, flight)[1]
+        mark = (int(world.bodies.version[obj._row]), end)
+        if end != NEVER and self.watched.get(obj) != mark:
+            self.watched[obj] = mark
+            world.schedule(end, AFTER, (2, obj.rank), self._next_windows, ((obj, mark[0]),))
+
+    def _next_windows(self, entries: list[Entry]) -> None:
+        """Flights without end come into their next windows."""
+        objects = {obj: None for entry in entries for obj, _ in entry.guards}
+        self._predict_standing(set(objects))
+        done: set[PhysicalObject] = set()
+        for obj in objects:
+            self._watch_window(obj)
             self._predict_all(obj, done)
             done.add(obj)
 
@@ -74,7 +104,12 @@ class Prediction(Standing):
         if entries is not None and self.swept != NEVER and world.time < self.swept:
             return  # a later window is open already
         if broad.moving < MANY:
-            self.swept = NEVER
+            if self.swept != NEVER:
+                self.swept = NEVER
+                done: set[PhysicalObject] = set()
+                for obj in [world.bodies.objects[row] for row in broad.rows.tolist()]:
+                    self._predict_all(obj, done)
+                    done.add(obj)
             return
         span = broad.window()
         found = broad.sweep(min(span, 1e300))
@@ -112,8 +147,12 @@ class Prediction(Standing):
                 if not other.fixed and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
                     self._predict(self._pair(obj, other))
             return
+        flight = world.flight(obj._row)
+        if flight.curved:
+            self._predict_on_curve(obj, laws, done)
+            return
         clock = world.bodies.clock_of(obj._row)
-        whole = min(self.swept, world.flight(obj._row).t1)
+        whole = min(self.swept, flight.t1)
         first = whole
         for earliest, other in broad.fixed.ahead(obj, max(elapsed(whole, clock), 0.0)):
             if earliest > 0.0 and later(clock, earliest) > first:
@@ -133,6 +172,18 @@ class Prediction(Standing):
         for entry in entries:
             self._predict_all(entry.guards[0][0], set())
 
+    def _predict_on_curve(self, obj: PhysicalObject, laws: dict[Any, Instant], done: set[PhysicalObject]) -> None:
+        """`_predict_all` of what flies on a curve: within its window."""
+        world, broad, mapping = self.world, self.broad_phase, self.world.mapping
+        for other in broad.planes:
+            if other is not obj and other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
+        begin, end = self.curves.window(obj, world.flight(obj._row))
+        for row in broad.near(obj._row, max(elapsed(min(self.swept, end), begin), 0.0)).tolist():
+            other = world.bodies.objects[row]
+            if other not in done and not laws.keys().isdisjoint(mapping.laws(other)):
+                self._predict(self._pair(obj, other))
+
     def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Of those that fly only what stands, or seems to be ``resting``, is asked."""
         world = self.world
@@ -142,13 +193,17 @@ class Prediction(Standing):
             self._forget_pair(pair)
             return NEVER
         flight_a, flight_b = world.flight(a._row), world.flight(b._row)
-        start = max(flight_a.t0, flight_b.t0, since)
+        curved = flight_a.curved or flight_b.curved
+        (low_a, high_a), (low_b, high_b) = self.curves.window(a, flight_a), self.curves.window(b, flight_b)
+        start = max(low_a, low_b, since)
         if pair in self.told:
             if self.told[pair] > start:
                 start = self.told[pair]
             else:
                 del self.told[pair]
-        end = min(flight_a.t1, flight_b.t1)
+        end = min(high_a, high_b)
+        if curved and not start < end:
+            return NEVER  # of the next step, when that is made
         self.predictions += 1
         standing = self.touching.get(pair, self.inside.get(pair))
         family, swapped = self._family(a, b)
@@ -156,7 +211,10 @@ class Prediction(Standing):
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
         horizon = elapsed(end, start)
-        if standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
+        plain = family
+        if curved:
+            family = self._curved(plain, one, two, start)
+        elif standing is None and pair != self.near and pair not in self.collapsing and not self._is_support(pair):
             wait = family.apart_for(mover_one, mover_two)
             if not wait <= horizon or wait == math.inf:
                 return NEVER
@@ -177,6 +235,7 @@ class Prediction(Standing):
                 lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
                 mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
                 after = family.gap(mover_one, mover_two)
+                family = self._curved(plain, one, two, start, lead) if curved else family
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)
                 span += lead
         if span == math.inf or (act == self._impact and self.fleet.flies(pair[0]) and self.fleet.flies(pair[1])):
@@ -193,6 +252,32 @@ class Prediction(Standing):
         if held is None or held.guards != guards or held.instant != at or held.act != act:
             self.queued[pair] = world.schedule(at, IMPACT, (a.rank, b.rank), act, guards)
         return at
+
+    def _curved(
+        self, family: Family, one: PhysicalObject, two: PhysicalObject, start: Instant, lead: float = 0.0
+    ) -> CurvedFamily:
+        """The geometry of a pair one of which flies on a curve, from ``lead`` [s] after ``start`` on."""
+        from xpheve_laws_collision.impact_time.curved import CurvedFamily
+
+        sides = [self._side(obj, start) for obj in (one, two)]
+        plain = self._shape(one).kind in ROUND and self._shape(two).kind in ROUND
+        return CurvedFamily(family, sides[0], sides[1], plain, lead)
+
+    def _side(self, obj: PhysicalObject, start: Instant) -> Side:
+        from xpheve_laws_collision.impact_time.curved import TURNS, Side
+
+        flight = self.world.flight(obj._row)
+
+        def at(s: float) -> Mover:
+            return self._mover(obj, later(start, s), flight)
+
+        def turns(low: float, high: float) -> float:
+            if self._shape(obj).kind in ROUND or immovable(obj):
+                return 0.0
+            return TURNS * self.curves.turn(obj, start, low, high)
+
+        reach = getattr(self._shape(obj), "reach", 0.0)
+        return Side(self.curves.track(obj, start, flight), at, turns, reach)
 
     def _next_impact(
         self, pair: Pair, family: Family, one: Mover, two: Mover, gap: Gap, horizon: float
@@ -251,6 +336,10 @@ class Prediction(Standing):
             for pair in [pair for pair in table if obj in pair]:
                 del table[pair]
         self.supports.pop(obj, None)
+        if has_mesh(self._shape(obj)):
+            self.world.structure += 1  # what met it may fly on curves again
+        self.watched.pop(obj, None)
+        self.curves.forget(obj)
         self.broad_phase.removed(obj, row, moved)
         self.held.pop(obj, None)
         self.streaks.pop(obj, None)
@@ -275,6 +364,17 @@ class Prediction(Standing):
         for pair in answered:
             if pair not in instant.first:
                 self._not_met(pair)
+
+    def _answer_cluster(self, pair: Pair, others: Sequence[Pair]) -> None:
+        """Answer ``pair``, which is due now, with those of ``others``, all that touches beside it, that approach as well."""
+        instant = ImpactInstant(self)
+        due = {pair: None}
+        for other in others:
+            if self._answered(other) and instant.approach(other) > 0.0:
+                due[other] = None
+            elif other != pair:
+                self.touching.setdefault(other, self.world.time)
+        self._answer_impacts(due)
 
     def _count_repeated(self, pairs: Iterable[Pair]) -> None:
         """Refuse pairs that meet at one instant again and again: bodies that are wedged, and bounce to and fro in no time."""

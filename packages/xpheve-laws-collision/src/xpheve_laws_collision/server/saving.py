@@ -55,12 +55,25 @@ class Saving(Prediction):
 
     def report(self) -> dict[str, Any]:
         return {
-            "impacts": self.impacts + self.fleet.impacts,
+            "impacts": self.impacts,
             "generations": self.generations,
             "predictions": self.predictions,
             "touching": [f"{a.label} - {b.label}" for a, b in self.touching],
             "supports": [f"{ball.label} on {support.plane.label}" for ball, support in self.supports.items()],
             "held": [obj.label for obj in self.held],
+            "windows": self.curves.windows,
+            "parabolas": self._on_parabolas(),
             "impact loop": self.fleet.report(),
             "told": self.fleet.told(),
         }
+
+    def _on_parabolas(self) -> list[str]:
+        """Who flies along parabolas only because contacts are looked for, and why."""
+        objects = self.world.bodies.objects
+        found = []
+        for batch in self.world.batches:
+            for row in batch.state.rows.tolist() if batch.signature.contacts else ():
+                reason = self.parabolas(objects[row])
+                if reason:
+                    found.append(f"{objects[row].label}: {reason}")
+        return sorted(found)

@@ -13,7 +13,7 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.mass import immovable
 from xpheve_laws_collision.narrow_phase import Gap, flipped
 from xpheve_laws_collision.narrow_phase.sphere_plane import put_on
-from xpheve_laws_collision.server.pairs import ROUND, Pair, Support, kinetic, pair_of
+from xpheve_laws_collision.server.pairs import ROUND, SHORTEST_FLIGHT, Pair, Support, kinetic, pair_of
 from xpheve_laws_collision.server.telling import Telling
 
 
@@ -30,7 +30,11 @@ class Standing(Telling):
                     self.collapsing[pair] = (end, now)
                     self.world.schedule(end, IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, now),))
                 elif seen != now and mover is obj:
-                    del self.collapsing[pair]
+                    if self._still_collapses(pair, mover):
+                        self.collapsing[pair] = (end, now)
+                        self.world.schedule(end, IMPACT, (pair[0].rank, pair[1].rank), self._settle, ((mover, now),))
+                    else:
+                        del self.collapsing[pair]
         if obj in self.held and (
             any(self.world.bodies.get("velocity", obj._row))
             or (self._shape(obj).kind not in ROUND and any(self.world.bodies.get("angular_velocity", obj._row)))
@@ -44,10 +48,21 @@ class Standing(Telling):
             for ball in [ball for ball, support in self.supports.items() if support.plane is obj]:
                 self._recheck_support(ball)
 
+    def _still_collapses(self, pair: Pair, mover: PhysicalObject) -> bool:
+        """Whether a step of a curved flight, and no event, is what is new: it bounces still as shortly as when that was ended in closed form."""
+        flight = self.world.flight(mover._row)
+        if not flight.curved or not flight.t0 < flight.t1:
+            return bool(flight.curved)
+        gap = self._gap(pair, flight.t0)
+        slow = abs(2.0 * gap.speed) < -2.0 * gap.acceleration * SHORTEST_FLIGHT
+        return slow and abs(gap.separation) <= gap.touch
+
     def _recheck_support(self, ball: PhysicalObject) -> None:
         support = self.supports[ball]
         pair = self._pair(ball, support.plane)
         flight = self.world.flight(ball._row)
+        if flight.curved:
+            return  # about to be planned anew, along parabolas
         gap = self._gap(pair, flight.t0)
         answered = self._answered(pair)
         if not answered or abs(gap.separation) > 10.0 * gap.touch or abs(gap.speed) > gap.still:
@@ -88,10 +103,22 @@ class Standing(Telling):
     def _end_support(self, ball: PhysicalObject) -> None:
         """The plane no longer carries ``ball``."""
         support = self.supports.pop(ball)
+        self._leaves_parabolas(ball)
         if ball._row >= 0:
             self.world.put_reaction(ball, self, "support", None)
             if support.plane._row >= 0:
                 self.touching.setdefault(self._pair(ball, support.plane), self.world.time)
+
+    def _leaves_parabolas(self, obj: PhysicalObject) -> None:
+        """``obj`` flew along parabolas because it stood: let it have the stepper that it would have else."""
+        number = int(self.world.bodies.batch[obj._row]) if obj._row >= 0 else -1
+        if number >= 0 and self.world.batches[number].signature.contacts:
+            self.world.mark(obj)
+
+    def _takes_parabolas(self, obj: PhysicalObject) -> None:
+        """``obj`` stands from now on, which is known along parabolas only."""
+        if self.world.flight(obj._row).curved:
+            self.world.transaction.replan[obj] = None
 
     def _settle(self, entries: list[Entry]) -> None:
         """Touching, still and pressed together: a support, a case that cannot be resolved yet, or held."""
@@ -136,6 +163,7 @@ class Standing(Telling):
         outward = (-n[0] + 0.0, -n[1] + 0.0, -n[2] + 0.0)
         support = self.supports[ball] = Support(ground, outward)
         transaction.undo.append(lambda: self.supports.pop(ball, None))
+        self._takes_parabolas(ball)
         began = pair not in self.touching
         self.touching.setdefault(pair, world.time)
         press = self._force_without(ball)
@@ -159,6 +187,7 @@ class Standing(Telling):
         world = self.world
         with world.instant() as transaction:
             row = transaction.touch(obj)
+            self._takes_parabolas(obj)
             lost = kinetic(obj, world.bodies.get("velocity", row))
             if self._shape(obj).kind not in ROUND:
                 lost += self._stop_turning(obj, row)
@@ -188,6 +217,7 @@ class Standing(Telling):
 
     def _release(self, obj: PhysicalObject) -> None:
         del self.held[obj]
+        self._leaves_parabolas(obj)
         self.world.put_reaction(obj, self, "hold", None)
 
     def _refuse_sunk(self, entries: list[Entry]) -> None:
