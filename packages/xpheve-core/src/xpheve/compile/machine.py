@@ -173,12 +173,12 @@ def _pipelines() -> tuple[Any, Any]:
             description.lookup_module(), name.rsplit(".", 1)[-1], "", 0, environment, (library,)
         )
 
-    class Part(_numba().Compiler):  # type: ignore[misc, name-defined]
+    class Part(_numba().Compiler):  # type: ignore[misc]
         def __init__(self, typing: Any, target: Any, *others: Any) -> None:
             super().__init__(typing, target, *others)
             self.state.targetctx.get_executable = keep  # numba makes a context for each function
 
-    class Whole(_numba().Compiler):  # type: ignore[misc, name-defined]
+    class Whole(_numba().Compiler):  # type: ignore[misc]
         def __init__(self, typing: Any, target: Any, *others: Any) -> None:
             super().__init__(typing, target, *others)
             context = self.state.targetctx

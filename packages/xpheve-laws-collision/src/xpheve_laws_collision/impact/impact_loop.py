@@ -656,7 +656,7 @@ class ImpactLoop:
 
 def _lines(size: int, kind: type) -> Any:
     """Zeros that begin where a line of the processor's cache does, so that a row lies in as few of them as it can."""
-    room = np.zeros(size + LINE, dtype=kind)
+    room: Any = np.zeros(size + LINE, dtype=kind)
     first = (-room.ctypes.data // room.itemsize) % LINE
     return room[first : first + size]
 
