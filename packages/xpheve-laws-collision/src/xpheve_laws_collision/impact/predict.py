@@ -50,6 +50,7 @@ from xpheve_laws_collision.impact.rows import (
     RANK,
     REST,
     SCENERY,
+    SCENES,
     SEEN,
     SHELVES,
     SHIFT,
@@ -279,8 +280,9 @@ def look_at_scenery(f: Any, n: Any, i: int, way: int, but: int) -> int:
         n[PLACE][p + HITS_HOW] = NOTHING
         f[EVENT][e + HITS] = math.inf
         f[EVENT][e + HITS + 1] = 0.0
-        touching = look_at_rows(f, n, i, 0, counts[ENDLESS], but)
-    if counts[CELLED] and n[PLACE][p + CELL] >= 0:
+        if counts[ENDLESS] > 0:
+            touching = look_at_rows(f, n, i, 0, counts[ENDLESS], but)
+    if counts[CELLED] and counts[SCENES] > counts[ENDLESS] and n[PLACE][p + CELL] >= 0:
         at = counts[ENDLESS] + n[PLACE][p + CELL]
         if shelves[at] < shelves[at + 1]:
             touching += look_at_rows(f, n, i, shelves[at], shelves[at + 1], but)
