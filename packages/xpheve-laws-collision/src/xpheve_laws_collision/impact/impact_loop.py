@@ -19,7 +19,7 @@ from xpheve_laws_collision.impact import rows
 from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
-from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for
+from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for, with_reach
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -281,6 +281,7 @@ class ImpactLoop:
     def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
+        shapes = with_reach(shapes)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
         both = np.zeros((len(shapes) + 1, 2), dtype=np.int64)
         both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
