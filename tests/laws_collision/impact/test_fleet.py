@@ -357,7 +357,7 @@ def test_a_ball_comes_to_rest_on_the_floor_of_a_periodic_box() -> None:
 
 def test_what_is_known_pair_by_pair_only_is_refused_in_a_periodic_scene_before_anything_moves() -> None:
     engine = in_a_box(8, stepper=SERVER)
-    with pytest.raises(xp.errors.ContactError, match="collision:elastic: in a periodic scene .* core:ballistic"):
+    with pytest.raises(xp.errors.ContactError, match=r"collision:elastic: in a periodic scene .* core:ballistic"):
         engine.run(until=1.0)
     engine = in_a_box(8)
     box = engine.add_object(xp.PhysicalObject(xp.Box((0.1, 0.1, 0.1)), position=(0.5, 0.5, 0.5)))
