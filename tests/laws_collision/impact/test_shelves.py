@@ -43,7 +43,7 @@ def test_cells_or_none_give_the_same_bits_interpreted() -> None:
     one, other = hail(10, 60, cells=True), hail(10, 60, cells=False)
     for loop in (one, other):
         assert loop.run((0.5, 0.0)).kind == "limit"
-    assert one.impacts == other.impacts > 3 and 4 * one.predictions < other.predictions
+    assert one.impacts == other.impacts > 3 and one.crossings > 0 == other.crossings
     assert flights(one).tobytes() == flights(other).tobytes()
 
 
@@ -54,7 +54,7 @@ def test_cells_of_any_size_give_the_same_bits(crowd: float, monkeypatch: pytest.
     one, other = hail(60, 90, compiled=True, cells=True), hail(60, 90, compiled=True, cells=False)
     for loop in (one, other):
         loop.run((1.5, 0.0))
-    assert one.impacts == other.impacts > 100 and one.predictions < other.predictions
+    assert one.impacts == other.impacts > 100 and one.crossings > 0 == other.crossings
     assert flights(one).tobytes() == flights(other).tobytes()
 
 

@@ -19,7 +19,7 @@ from xpheve_laws_collision.impact import rows
 from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
-from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for
+from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for, with_reach
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -51,6 +51,8 @@ FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
 FEW_SHAPES = 48
 """Up to so many bounded shapes few places look at all of them."""
+SPARSE, WIDE = 64, 4.0
+"""Places from which on, and widths of cells in diameters, an instant is looked for before which nothing meets."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
 BREATH = {True: 1_000_000, False: 10_000}
 """Events of one call, compiled and interpreted, after which Python may be interrupted."""
@@ -225,6 +227,10 @@ class ImpactLoop:
         counts[rows.MOST_AT_ONCE] = max(1000, 100 * count)
         self._space[rows.BUSY_AT], self._space[rows.SINCE] = math.nan, -math.inf
         self._now: Instant = (-math.inf, 0.0)
+        self._quiet: Instant = (-math.inf, 0.0)
+        """Before this nothing meets, whatever cells are left."""
+        self._restless = False
+        """No such instant was found for the places as they are."""
         self._linked: Any = None
         self._kernel: Any = None
         self.set_laws(laws_of_bit)
@@ -272,6 +278,7 @@ class ImpactLoop:
     def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
+        shapes = with_reach(shapes)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
         both = np.zeros((len(shapes) + 1, 2), dtype=np.int64)
         both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
@@ -339,6 +346,7 @@ class ImpactLoop:
 
     def _mark(self, places: Ints) -> None:
         """Have ``places`` predicted when the loop runs next."""
+        self._quiet, self._restless = (-math.inf, 0.0), False
         fresh = places[self._place[places, rows.DIRTY] == 0]
         if len(fresh):
             first = int(self._counts[rows.DIRTIES])
@@ -490,11 +498,33 @@ class ImpactLoop:
         self._call(LOOK)
         at = int(self.n[rows.TREE][1])
         high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
-        return NEVER if high == math.inf else (high, low)
+        return NEVER if high == math.inf else max((high, low), self._look_for_quiet(at, (high, low)))
+
+    def _look_for_quiet(self, first: int, due: Instant) -> Instant:
+        """Until when nothing meets, if what is ``due`` at place ``first`` is no more than leaving a cell, and places are few and far between."""
+        event, grid = self._event, self.grid
+        if self._restless or grid is None or self.periodic is not None or self.count < SPARSE or self._quiet > due:
+            return self._quiet
+        leaves = (event[first, rows.LEAVES], event[first, rows.LEAVES + 1]) == due
+        apart = not self._bounded.any() and min(grid.widths) > WIDE * grid.diameter
+        if not (leaves and apart and self._now[0] > -math.inf):
+            return self._quiet
+        from xpheve_laws_collision.impact.quiet import quiet_span
+
+        state = self._state[: self.count][self._place[: self.count, rows.PRESENT] != 0]
+        span = (self._now[0] - state[:, rows.TIME]) + (self._now[1] - state[:, rows.TIME + 1])
+        x, v, a = (state[:, at : at + 3] for at in (rows.X, rows.V, rows.PULL))
+        s = span[:, np.newaxis]
+        found = quiet_span(x + s * (v + 0.5 * s * a), v + s * a, a, state[:, rows.RADIUS])
+        self._restless = found == 0.0
+        self._quiet = (min(self._now[0] + found, float(event[: self.count, rows.HITS].min())), -math.inf)
+        return self._quiet
 
     def run(self, limit: Instant) -> Outcome:
         """Let all events strictly before ``limit`` happen; its offset may be infinite."""
         self._prepare()
+        if limit <= self._quiet and not self._counts[rows.DIRTIES]:
+            return self._reached(limit)
         self._space[rows.LIMIT : rows.LIMIT + 2] = limit
         while True:
             self._counts[rows.BUDGET] = BREATH[self.compiled]
@@ -505,9 +535,7 @@ class ImpactLoop:
                 self._now = max(self._now, self._latest_event())
                 self._lay_out()
         if kind == "limit":
-            if limit[0] < math.inf and limit[1] < math.inf:
-                self._now = max(self._now, limit)
-            return Outcome(kind, limit)
+            return self._reached(limit)
         counts = self._counts
         instant = float(self._space[rows.AT]), float(self._space[rows.AT + 1])
         self._now = max(self._now, instant)
@@ -517,6 +545,11 @@ class ImpactLoop:
         if kind == "touch":
             others = self._others(place, partner, is_scenery)
         return Outcome(kind, instant, place, partner, is_scenery, others)
+
+    def _reached(self, limit: Instant) -> Outcome:
+        if limit[0] < math.inf:
+            self._now = max(self._now, (limit[0], 0.0))
+        return Outcome("limit", limit)
 
     def _latest_event(self) -> Instant:
         at = int(self.n[rows.TREE][1])

@@ -6,15 +6,16 @@ import math
 from typing import Any
 
 from xpheve.kernels.clock import later
-from xpheve.kernels.vector import Vec
+from xpheve.kernels.vector import Vec, dot, norm
 from xpheve_laws_collision.impact.cells import wait_to_leave
 from xpheve_laws_collision.impact.limits import vector
-from xpheve_laws_collision.impact.meetings import hit, meeting
+from xpheve_laws_collision.impact.meetings import hit, meeting, sizes
 from xpheve_laws_collision.impact.rows import (
     BOX,
     CELL,
     CELL_AT,
     CELLED,
+    CENTRE,
     COUNT,
     COUNTS,
     ENDLESS,
@@ -25,6 +26,7 @@ from xpheve_laws_collision.impact.rows import (
     HITS,
     HITS_HOW,
     KEYS,
+    KIND,
     LEAVES,
     LINK,
     LINKS,
@@ -39,15 +41,20 @@ from xpheve_laws_collision.impact.rows import (
     PERIODIC,
     PLACE,
     PLACES,
+    PLANE,
     PREDICTIONS,
     PRESENT,
+    PULL,
     QUIET,
+    RADIUS,
     RANK,
     REST,
+    SCENERIES,
     SCENERY,
     SEEN,
     SHELVES,
     SHIFT,
+    SIZE,
     SKIP,
     SPACE,
     STAMP,
@@ -57,9 +64,14 @@ from xpheve_laws_collision.impact.rows import (
     TOUCHES,
     WALL,
     WRAPS,
+    V,
+    X,
 )
 from xpheve_laws_collision.impact.since import bring, is_older
 from xpheve_laws_collision.impact.tournament import replay
+
+
+SPARE = 1e-9  # of lengths and times: farther off is surely beyond
 
 
 def look_at(f: Any, n: Any, i: int, j: int, k: Vec, box: Vec) -> int:
@@ -185,16 +197,19 @@ def look_at_scenery(f: Any, n: Any, i: int, way: int, but: int) -> int:
         n[PLACE][p + HITS_HOW] = NOTHING
         f[EVENT][e + HITS] = math.inf
         f[EVENT][e + HITS + 1] = 0.0
-        touching = look_at_rows(f, n, i, 0, counts[ENDLESS], but)
+        touching = look_at_rows(f, n, i, 0, counts[ENDLESS], but, math.inf)
     if counts[CELLED] and n[PLACE][p + CELL] >= 0:
         at = counts[ENDLESS] + n[PLACE][p + CELL]
         if shelves[at] < shelves[at + 1]:
-            touching += look_at_rows(f, n, i, shelves[at], shelves[at + 1], but)
+            touching += look_at_rows(f, n, i, shelves[at], shelves[at + 1], but, f[EVENT][e + LEAVES])
     return touching
 
 
-def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int) -> int:
-    """Predict ``i`` with fixed shapes of the shelves from ``first`` on, and keep the next that it hits: how many touch it."""
+def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int, until: float) -> int:
+    """Predict ``i`` with fixed shapes of the shelves from ``first`` on, and keep the next that it hits: how many touch it.
+
+    Nobody wants to know what comes later than ``until`` or than what is known already: what is too far off for that is left out.
+    """
     place = n[PLACE]
     event = f[EVENT]
     shapes = f[SCENERY]
@@ -212,10 +227,21 @@ def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int) -> int:
     start = (state[STATES * one + TIME], state[STATES * one + TIME + 1])
     high = event[e]
     low = event[e + 1]
+    x = vector(state, STATES * one + X)
+    speed = norm(vector(state, STATES * one + V))
+    bend = 0.5 * norm(vector(state, STATES * one + PULL))
+    radius = state[STATES * one + RADIUS]
     touching = 0
     for at in range(first, end):
         row = shelves[at]
         if row != skip and masks[2 * row] & mask:
+            c = SCENERIES * row
+            if shapes[c + KIND] != PLANE:
+                span = min(high, until) - start[0]
+                span = max(0.0, span + SPARE * abs(start[0] + span))
+                reach = radius + shapes[c + SIZE + 3] + span * (speed + span * bend)
+                if is_beyond(x, vector(shapes, c + CENTRE), reach):
+                    continue
             n[COUNTS][PREDICTIONS] += 1
             span, how = hit(state, one, shapes, row)
             if how & TOUCHES and row != but:
@@ -230,6 +256,13 @@ def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int) -> int:
     event[e] = high
     event[e + 1] = low
     return touching
+
+
+def is_beyond(x: Vec, y: Vec, reach: float) -> bool:
+    """Whether two points are surely farther apart than ``reach``."""
+    d = (y[0] - x[0], y[1] - x[1], y[2] - x[2])
+    more = reach + SPARE * (reach + sizes(x) + sizes(y))
+    return dot(d, d) > more * more
 
 
 def settle(f: Any, n: Any, i: int) -> int:
@@ -261,8 +294,8 @@ def look_anew(f: Any, n: Any, i: int, but: int) -> int:
 
 def foresee(f: Any, n: Any, i: int, but_place: int, but_wall: int, now: tuple[float, float]) -> int:
     """All that happens to ``i``, whose flight is new: how many touch it, the two left out."""
-    touching = look_anew(f, n, i, but_place) + look_at_scenery(f, n, i, 0, but_wall)
     if n[COUNTS][CELLED]:
         wait_to_leave(f, n, i, now)
+    touching = look_anew(f, n, i, but_place) + look_at_scenery(f, n, i, 0, but_wall)
     settle(f, n, i)
     return touching
