@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from xpheve.compile import assemble, interpreted
+from xpheve.compile.kernel import Interpreted
 from xpheve_laws_collision.impact.declared import GIVEN
 from xpheve_laws_collision.impact.loop import entry
 
@@ -29,7 +30,7 @@ class AsFiles:
         arrays = [*floats, *ints]
         if len(arrays) != len(self._seen) or any(a is not b for a, b in zip(arrays, self._seen, strict=True)):
             self._seen = arrays
-            self._views = [memoryview(one) for one in floats], [memoryview(one) for one in ints]
+            self._views = _views(floats), _views(ints)
         GIVEN.respond = self._respond
         if self._solids:
             from xpheve_laws_collision.impact.solids import solid_gap, solid_time
@@ -40,4 +41,10 @@ class AsFiles:
 
 @lru_cache(maxsize=64)
 def _answers(text: str, files: tuple[tuple[str, str], ...]) -> Any:
-    return interpreted(assemble(f"{text}\n\n{ANSWERS}", dict(files)), what="answers of collision laws").function
+    kernel = interpreted(assemble(f"{text}\n\n{ANSWERS}", dict(files)), what="answers of collision laws")
+    assert isinstance(kernel, Interpreted)
+    return kernel.function
+
+
+def _views(arrays: Sequence[Any]) -> list[memoryview]:
+    return [memoryview(one) for one in arrays]

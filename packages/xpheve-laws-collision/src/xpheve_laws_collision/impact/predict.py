@@ -70,7 +70,6 @@ from xpheve_laws_collision.impact.rows import (
 from xpheve_laws_collision.impact.since import bring, is_older
 from xpheve_laws_collision.impact.tournament import replay
 
-
 SPARE = 1e-9  # of lengths and times: farther off is surely beyond
 
 
