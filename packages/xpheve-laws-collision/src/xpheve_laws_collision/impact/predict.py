@@ -54,6 +54,7 @@ from xpheve_laws_collision.impact.rows import (
     SEEN,
     SHELVES,
     SHIFT,
+    SINCE,
     SIZE,
     SKIP,
     SPACE,
@@ -80,7 +81,7 @@ def look_at(f: Any, n: Any, i: int, j: int, k: Vec, box: Vec) -> int:
     e = EVENTS * i
     n[COUNTS][PREDICTIONS] += 1
     best = (event[e + MEETS], event[e + MEETS + 1])
-    if is_older(f, i) and is_older(f, j):
+    if f[SPACE][SINCE] >= f[STATE][STATES * i + TIME] and is_older(f, i) and is_older(f, j):
         bring(f, i, 0)
         bring(f, j, 1)
         high, low, how = meeting(f[PAIR], 0, 1, k, box, best)
@@ -218,28 +219,30 @@ def look_at_rows(f: Any, n: Any, i: int, first: int, end: int, but: int, until: 
     e = EVENTS * i + HITS
     mask = n[LINK][LINKS * i + MASK]
     skip = place[p + SKIP]
-    older = is_older(f, i)
-    if older:
+    state = f[STATE]
+    one = i
+    if f[SPACE][SINCE] >= state[STATES * i + TIME] and is_older(f, i):
         bring(f, i, 0)
-    state = f[PAIR] if older else f[STATE]
-    one = 0 if older else i
+        state = f[PAIR]
+        one = 0
     start = (state[STATES * one + TIME], state[STATES * one + TIME + 1])
     high = event[e]
     low = event[e + 1]
-    x = vector(state, STATES * one + X)
-    speed = norm(vector(state, STATES * one + V))
-    bend = 0.5 * norm(vector(state, STATES * one + PULL))
-    radius = state[STATES * one + RADIUS]
+    speed = -1.0
+    bend = 0.0
     touching = 0
     for at in range(first, end):
         row = shelves[at]
         if row != skip and masks[2 * row] & mask:
             c = SCENERIES * row
             if shapes[c + KIND] != PLANE:
+                if speed < 0.0:
+                    speed = norm(vector(state, STATES * one + V))
+                    bend = 0.5 * norm(vector(state, STATES * one + PULL))
                 span = min(high, until) - start[0]
                 span = max(0.0, span + SPARE * abs(start[0] + span))
-                reach = radius + shapes[c + SIZE + 3] + span * (speed + span * bend)
-                if is_beyond(x, vector(shapes, c + CENTRE), reach):
+                reach = state[STATES * one + RADIUS] + shapes[c + SIZE + 3] + span * (speed + span * bend)
+                if is_beyond(vector(state, STATES * one + X), vector(shapes, c + CENTRE), reach):
                     continue
             n[COUNTS][PREDICTIONS] += 1
             span, how = hit(state, one, shapes, row)
