@@ -72,6 +72,33 @@ def test_cells_or_none_give_the_same_bits() -> None:
 
 
 @pytest.mark.slow
+@given(some.integers(0, 10**6), some.integers(20, 60), some.sampled_from(("same", "mixed", "dust", "points")))
+@settings(max_examples=60, deadline=None)
+def test_what_a_glance_leaves_out_meets_nobody(seed: int, count: int, kind: str) -> None:
+    """Without cells, every pair is looked at closely."""
+    rng = np.random.default_rng(seed)
+    size, swift = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, 2.0)
+    radius = {
+        "same": np.full(count, 0.04),
+        "mixed": rng.uniform(0.002, 0.06, count),
+        "dust": np.where(rng.random(count) < 0.2, 0.06, 1e-5),
+        "points": np.where(rng.random(count) < 0.5, 0.0, 0.06),
+    }[kind] * size
+    x, v = lattice(count, size, seed)
+    away = rng.choice([0.0, 1e3, 1e6]) * rng.normal(size=(3, 1))
+    pull = rng.normal(size=(3, count if rng.random() < 0.3 else 1)) * rng.choice([0.0, 1.0]) * swift**2 / size
+    v = (v + rng.choice([0.0, 1e3]) * rng.normal(size=(3, 1)) - 2.0 * (x / size - 0.5)) * swift
+    clock = [rng.choice([0.0, 1e3]) + 0.01 * rng.random(count) * size / swift, np.zeros(count)]
+    found = set()
+    for cells in (True, False):
+        loop = loop_of(count, compiled=True, cells=cells)
+        put(loop, x + away, v, radius=radius, acceleration=np.broadcast_to(pull, (3, count)), clock=clock)
+        loop.run((float(clock[0].max()) + size / swift, 0.0))
+        found.add((loop.impacts, flights(loop).tobytes()))
+    assert len(found) == 1
+
+
+@pytest.mark.slow
 def test_cells_of_other_sizes_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     from xpheve_laws_collision.impact import layout
 

@@ -17,7 +17,7 @@ Floats = npt.NDArray[np.float64]
 
 ROOM = 1.0 + 1e-6
 """Cells are a little wider than the greatest diameter: places leave them by rounding late."""
-PLACES_A_CELL = 0.35
+PLACES_A_CELL = 0.2
 """How many there are to be at least, on average: finer cells cost more than they spare."""
 
 FINEST = 1e4
