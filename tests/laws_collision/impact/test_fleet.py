@@ -304,3 +304,90 @@ def test_what_cannot_meet_for_long_is_left_alone() -> None:
         found.append((states(balls), engine.explain().data["contacts"]["impacts"]))
     assert found[0][1] == found[1][1] == 10
     assert np.allclose(found[0][0], found[1][0], rtol=0, atol=1e-9)
+
+
+def in_a_box(count: int, length: float = 6.0, *heard: xp.PhysicalLaw, **more: object) -> xp.PhysicsEngine:
+    """``count`` balls of 0.4 m, evenly in a periodic cube, some across its faces."""
+    rng = np.random.default_rng(1)
+    engine = xp.PhysicsEngine(periodic=(length,) * 3, **more)
+    laws = [engine.add_law("collision:elastic"), *(engine.add_law(one) for one in heard)]
+    side = int(np.ceil(count ** (1 / 3)))
+    places = length / side * np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    balls = [
+        xp.PhysicalObject(xp.Sphere(0.2), position=tuple(x), velocity=tuple(rng.normal(size=3)))
+        for x in places[:count].tolist()
+    ]
+    engine.add_objects(balls, laws=laws)
+    return engine
+
+
+def test_in_a_periodic_box_who_listens_is_told_and_nothing_else_changes() -> None:
+    heard = Heard()
+    engines = in_a_box(125), in_a_box(125, 6.0, heard)
+    for engine in engines:
+        engine.run(until=1.0)
+    impacts = [engine.explain().data["contacts"]["impacts"] for engine in engines]
+    assert impacts[0] == impacts[1] == len(heard.told) > 20
+    for name in ("position", "velocity"):
+        one, two = (np.array(getattr(engine.bodies, name)) for engine in engines)
+        assert one == pytest.approx(two, abs=1e-11)
+
+
+def test_a_listener_added_after_the_first_plan_is_told() -> None:
+    engine = in_a_box(125)
+    engine.run(until=0.5)
+    before = engine.explain().data["contacts"]["impacts"]
+    heard = engine.add_law(Heard())
+    for obj in engine.objects:
+        engine.map(obj, heard)
+    engine.run(until=1.0)
+    assert len(heard.told) == engine.explain().data["contacts"]["impacts"] - before > 0
+
+
+@pytest.mark.parametrize("law", ["collision:elastic", "collision:friction", "collision:rough"])
+@pytest.mark.parametrize("shift", [0.0, 2.9, 5.9])
+def test_three_that_touch_at_once_across_a_face_part_as_they_do_inside(law: str, shift: float) -> None:
+    found = []
+    for middle in (3.0, 3.0 + shift):
+        engine = xp.PhysicsEngine(periodic=(6.0, 6.0, 6.0))
+        bounce = engine.add_law(law)
+        balls = [
+            xp.PhysicalObject(
+                xp.Sphere(0.5),
+                position=(middle + 1.5 * k, middle, middle),
+                velocity=(-float(k), 0, 0),
+                angular_velocity=(0, 1 - k, 2 * k),
+            )
+            for k in (-1, 0, 1)
+        ]
+        engine.add_objects(balls, laws=[bounce])
+        engine.run(until=1.0)
+        found.append([[*ball.velocity, *ball.angular_velocity] for ball in balls])
+    assert [one[0] for one in found[0]] == pytest.approx([-1.0, 0.0, 1.0], abs=1e-14)
+    assert np.array(found[0]) == pytest.approx(np.array(found[1]), abs=1e-13)
+
+
+def test_a_ball_comes_to_rest_on_the_floor_of_a_periodic_box() -> None:
+    engine = xp.PhysicsEngine(up="z", periodic=(1.0, 1.0, None))
+    bounce = engine.add_law("collision:elastic", restitution=0.5)
+    pull = engine.add_law("basic:planet_gravity", acceleration=10.0)
+    engine.add_object(xp.PhysicalObject(xp.Plane((0, 0, 1)), fixed=True), laws=[bounce])
+    ball = engine.add_object(
+        xp.PhysicalObject(xp.Sphere(0.1), position=(0.5, 0.5, 0.3), velocity=(3.0, 0, 0)), laws=[bounce, pull]
+    )
+    engine.run(until=2.0)
+    assert ball.position[2] == pytest.approx(0.1, abs=1e-15) and ball.velocity == (3.0, 0.0, 0.0)
+    assert ball.position[0] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_what_is_known_pair_by_pair_only_is_refused_in_a_periodic_scene_before_anything_moves() -> None:
+    engine = in_a_box(8, stepper=SERVER)
+    with pytest.raises(xp.errors.ContactError, match=r"collision:elastic: in a periodic scene .* core:ballistic"):
+        engine.run(until=1.0)
+    engine = in_a_box(8)
+    box = engine.add_object(xp.PhysicalObject(xp.Box((0.1, 0.1, 0.1)), position=(0.5, 0.5, 0.5)))
+    engine.map(box, engine.laws[0])
+    before = np.array(engine.bodies.position)
+    with pytest.raises(xp.errors.ContactError, match="is a box that moves"):
+        engine.run(until=1.0)
+    assert engine.time == 0.0 and (np.array(engine.bodies.position) == before).all()

@@ -82,6 +82,15 @@ class Fleet:
         if other or restructured:
             self.forget_scenery()
 
+    def refuse_few_images(self) -> None:
+        """Raise `ContactError` if contacts are to be found pair by pair: between one image of each object, where the scene has many."""
+        for law, why in self.members.why.items():
+            if any(not obj.fixed for obj in self.world.mapping.objects(law)):
+                raise ContactError(
+                    f"{law.label()}: in a periodic scene contacts are found for spheres that fly in the impact loop only, and here {why}. "
+                    "Change that, or leave out periodic="
+                )
+
     def _take_over(self) -> None:
         """Void what the server has queued for pairs that fly from now on."""
         queued = self.server.queued

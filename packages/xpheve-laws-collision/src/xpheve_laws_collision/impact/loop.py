@@ -17,7 +17,7 @@ from xpheve.kernels.vector import Vec, norm
 from xpheve_laws_collision.impact.cells import put_in, step_over, take_out, wait_to_leave
 from xpheve_laws_collision.impact.limits import TOUCH, ULPS, vector
 from xpheve_laws_collision.impact.meetings import touch_of
-from xpheve_laws_collision.impact.predict import foresee, look_anew, look_around, look_at_scenery, reach_of, settle
+from xpheve_laws_collision.impact.predict import foresee, look_anew, look_around, look_at_scenery, settle
 from xpheve_laws_collision.impact.rows import (
     AT,
     BOX,
@@ -194,9 +194,9 @@ def touching(f: Any, n: Any, i: int) -> int:
         place = n[PLACE]
         nx, ny, nz = counts[GRID], counts[GRID + 1], counts[GRID + 2]
         x, y, z = place[p + CELL_AT] % nx, place[p + CELL_AT + 1] % ny, place[p + CELL_AT + 2] % nz
-        first, last = reach_of(n, 0, x, 0)
-        first_y, last_y = reach_of(n, 1, y, 0)
-        first_z, last_z = reach_of(n, 2, z, 0)
+        first, last = each_once(nx)
+        first_y, last_y = each_once(ny)
+        first_z, last_z = each_once(nz)
         for at_x in range(x + first, x + last + 1):
             for at_y in range(y + first_y, y + last_y + 1):
                 for at_z in range(z + first_z, z + last_z + 1):
@@ -215,6 +215,11 @@ def touching(f: Any, n: Any, i: int) -> int:
     for row in range(counts[SCENES]):
         found = touching_row(f, n, i, row, found)
     return found
+
+
+def each_once(size: int) -> tuple[int, int]:
+    """The first and last neighbour along an axis of ``size`` cells, none twice: images are told apart by the shortest way."""
+    return (-1, 1) if size > 2 else (0, size - 1)
 
 
 def touching_place(f: Any, n: Any, i: int, j: int, found: int) -> int:

@@ -179,7 +179,7 @@ class Generations:
         """From the centre of ``obj`` to the contact [m]: of a ball along the normal, to the bit; none if bodies answer as points."""
         if not self.law(pair).lever_arms:
             return (0.0, 0.0, 0.0)
-        arm = sub(gap.point, self.world.read_row(obj._row, "position"))
+        arm = self.server._lever(obj, gap)
         return scale(gap.normal, dot(gap.normal, arm)) if self.server._shape(obj).kind == "sphere" else arm
 
     def given(self) -> dict[Pair, Given]:

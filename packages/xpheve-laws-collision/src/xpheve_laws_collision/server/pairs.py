@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 from xpheve.errors import ContactError
 from xpheve.events import Entry
 from xpheve.kernels.clock import NEVER, Instant, elapsed
-from xpheve.kernels.vector import Vec
+from xpheve.kernels.vector import Vec, sub
 from xpheve.laws import Contact
 from xpheve.laws.event import UNKNOWN
 from xpheve.laws.response import meets
 from xpheve.objects import PhysicalObject
+from xpheve.periodic import near_image, shortest
 from xpheve.shapes import Plane
 from xpheve.steppers.contract import ContactServer, Flight
 from xpheve_laws_collision.broad_phase import BroadPhase
@@ -240,12 +241,28 @@ class Pairs(ContactServer):
             )
         return Mover(x, v, a, orientation, shape, *turning)
 
+    def _movers(
+        self,
+        a: PhysicalObject,
+        b: PhysicalObject,
+        t: Instant,
+        flights: tuple[Flight | None, Flight | None] = (None, None),
+    ) -> tuple[Mover, Mover]:
+        """Both at ``t``; in a periodic scene the second, or what is fixed, as the image nearest to the other."""
+        one, two = self._mover(a, t, flights[0]), self._mover(b, t, flights[1])
+        box = self.world.periodic
+        if box is not None:
+            if a.fixed:
+                return beside(one, two, box), two
+            return one, beside(two, one, box)
+        return one, two
+
     def _points(self, pair: Pair, t: Instant) -> list[Gap]:
         """The points at which ``pair`` touches; the deepest if none does any more, by rounding."""
         a, b = pair
         family, swapped = self._family(a, b)
-        one, two = (b, a) if swapped else (a, b)
-        found = family.points(self._mover(one, t), self._mover(two, t))
+        movers = self._movers(a, b, t)
+        found = family.points(*(movers[::-1] if swapped else movers))
         if swapped:
             found = [flipped(gap) for gap in found]
         return found or [self._gap(pair, t)]
@@ -257,15 +274,19 @@ class Pairs(ContactServer):
         found: tuple[Any, Instant] | None = self.world.response_law(a, b)
         return found
 
+    def _lever(self, obj: PhysicalObject, gap: Gap) -> Vec:
+        """From the centre of ``obj`` to the contact [m]; in a periodic scene of its image there."""
+        arm = sub(gap.point, self.world.read_row(obj._row, "position"))
+        return arm if self.world.periodic is None else shortest(arm, self.world.periodic)
+
     def _answered(self, pair: Pair) -> bool:
         return self._response(*pair) is not None
 
     def _gap(self, pair: Pair, t: Instant) -> Gap:
         a, b = pair
         family, swapped = self._family(a, b)
-        if swapped:
-            return flipped(family.gap(self._mover(b, t), self._mover(a, t)))
-        return family.gap(self._mover(a, t), self._mover(b, t))
+        one, two = self._movers(a, b, t)
+        return flipped(family.gap(two, one)) if swapped else family.gap(one, two)
 
     def _interest(self, pair: Pair) -> Instant | None:
         """Since when somebody asks for contacts of ``pair``; None if nobody does."""
@@ -301,6 +322,8 @@ class Pairs(ContactServer):
 
     def plan(self) -> None:
         self.fleet.plan()
+        if self.world.periodic is not None and not self.world.unplanned:
+            self.fleet.refuse_few_images()
 
     def _predict(self, pair: Pair, resting: bool = False) -> Instant:
         """Queue the next event of ``pair``; returns when it is. Its room is `prediction`."""
@@ -328,6 +351,13 @@ class Pairs(ContactServer):
             self.impacts, self.generations = counts
 
         self.world.transaction.undo.append(put_back)
+
+
+def beside(mover: Mover, other: Mover, box: Vec) -> Mover:
+    """The image of ``mover`` in the periodic ``box`` that is nearest to ``other``; to a plane, which is along the box, all are."""
+    if mover.shape.kind == "plane" or other.shape.kind == "plane":
+        return mover
+    return mover._replace(position=near_image(mover.position, other.position, box))
 
 
 def pair_of(entry: Entry, server: Pairs) -> Pair:

@@ -207,7 +207,7 @@ class Prediction(Standing):
         self.predictions += 1
         standing = self.touching.get(pair, self.inside.get(pair))
         family, swapped = self._family(a, b)
-        mover_a, mover_b = self._mover(a, start, flight_a), self._mover(b, start, flight_b)
+        mover_a, mover_b = self._movers(a, b, start, (flight_a, flight_b))
         one, two = (b, a) if swapped else (a, b)
         mover_one, mover_two = (mover_b, mover_a) if swapped else (mover_a, mover_b)
         horizon = elapsed(end, start)
@@ -233,7 +233,7 @@ class Prediction(Standing):
             span, act = self._next_impact(pair, family, mover_one, mover_two, gap, horizon)
             if act is None:  # opening at second order: what comes next is looked for from where the gap shows
                 lead = math.sqrt(4.0 * gap.touch / gap.acceleration)
-                mover_one, mover_two = self._mover(one, later(start, lead)), self._mover(two, later(start, lead))
+                mover_one, mover_two = self._movers(one, two, later(start, lead))
                 after = family.gap(mover_one, mover_two)
                 family = self._curved(plain, one, two, start, lead) if curved else family
                 span, act = self._search(family, mover_one, mover_two, after, horizon - lead)

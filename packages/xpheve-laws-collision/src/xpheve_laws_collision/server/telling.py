@@ -46,10 +46,8 @@ class Telling(Pairs):
         """Velocity [m/s] of the second of ``pair`` seen from the first, at the contact, now."""
         found = []
         for obj in pair:
-            velocity, spin, x = (
-                self.world.read_row(obj._row, name) for name in ("velocity", "angular_velocity", "position")
-            )
-            found.append(add(velocity, cross(spin, sub(gap.point, x))) if any(spin) else velocity)
+            velocity, spin = (self.world.read_row(obj._row, name) for name in ("velocity", "angular_velocity"))
+            found.append(add(velocity, cross(spin, self._lever(obj, gap))) if any(spin) else velocity)
         return sub(found[1], found[0])
 
     def _takes(self, laws: list[Any], leaf: Any, contact: Contact) -> bool:
