@@ -506,6 +506,22 @@ def test_a_fast_ball_is_found_however_many_cells_it_crosses() -> None:
     assert loop.impacts == count - 1 and loop._state[count - 1, rows.V] == 1e4
 
 
+@pytest.mark.parametrize("speed", [1e9, 1e300])
+def test_what_is_too_fast_for_cells_makes_them_wider_and_changes_no_bit(speed: float) -> None:
+    found = []
+    for cells in (True, False):
+        loop = loop_of(20, cells=cells)
+        x, v = np.zeros((3, 20)), np.zeros((3, 20))
+        x[0] = np.arange(20) * 3.0
+        x[1, 0] = 50.0
+        v[0, 0], v[0, 1] = speed, 30.0
+        put(loop, x, v)
+        loop.run((2.0, 0.0))
+        assert loop.impacts == 18 and loop.crossings < 50_000
+        found.append(loop._state.tobytes())
+    assert found[0] == found[1]
+
+
 def test_counts_of_the_loop_only_grow_where_something_happens() -> None:
     loop = uneven(27)
     seen = [(loop.run((time, 0.0)), loop.impacts)[1] for time in (0.1, 0.2, 0.4)]

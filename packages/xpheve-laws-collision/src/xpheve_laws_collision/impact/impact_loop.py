@@ -51,17 +51,19 @@ FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
 FEW_SHAPES = 48
 """Up to so many bounded shapes few places look at all of them."""
+WIDEST = 1e60
+"""Cells are made at most so many times as wide as the places need; if that is too narrow there are none."""
 SPARSE, WIDE = 64, 4.0
 """Places from which on, and widths of cells in diameters, an instant is looked for before which nothing meets."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
 LINE = 8
 """Numbers in a line of the processor's cache."""
-BREATH = {True: 1_000_000, False: 10_000}
+BREATH = {True: 1_000_000, False: 2_000}
 """Events of one call, compiled and interpreted, after which Python may be interrupted."""
 
 
 class Answers(Protocol):
-    """The laws' answers as text: see `xpheve_laws_collision.impact.answer` for the layout of a contact."""
+    """The laws' answers as text: see `xpheve.kernels.response` for the layout of a contact."""
 
     text: str
     columns: Any
@@ -232,6 +234,8 @@ class ImpactLoop:
         self._now: Instant = (-math.inf, 0.0)
         self._quiet: Instant = (-math.inf, 0.0)
         """Before this nothing meets, whatever cells are left."""
+        self._laid_again, self._coarser = False, 1.0
+        """Whether cells were laid out anew because too many were left; how much wider they are than the places need."""
         self._restless = False
         """No such instant was found for the places as they are."""
         self._linked: Any = None
@@ -478,7 +482,7 @@ class ImpactLoop:
         shapes = self._shapes
         solid = bounds(shapes[self._bounded]) if self._bounded.any() else None
         self.grid = grid = grid_for(
-            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid
+            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid, self._coarser
         )
         self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(shapes, grid)
         counts, space = self._counts, self._space
@@ -490,6 +494,25 @@ class ImpactLoop:
         self._place[:, rows.CELL] = -1
         self._mark(present)
         self._asked_cells = self._crowd()
+
+    def _widen(self) -> None:
+        """Lay cells out anew; far wider, if that was done before for the same reason: something is too fast for any that suit the others."""
+        if self._laid_again:
+            self._coarser = max(8.0, self._coarser * self._coarser)
+        self._laid_again = True
+        if self._coarser <= WIDEST:
+            self._lay_out()
+        else:
+            self._go_without_cells()
+
+    def _go_without_cells(self) -> None:
+        """All look at all from now on."""
+        self._cells = self.celled = False
+        self._counts[rows.CELLED], self.grid = 0, None
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
+        self._place[:, rows.CELL] = -1
+        self._event[:, rows.LEAVES : rows.LEAVES + 2] = (math.inf, 0.0)
+        self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
 
     def _crowd(self) -> float:
         """Cells left, beyond those that impacts pay for."""
@@ -536,7 +559,7 @@ class ImpactLoop:
                 break
             if self.celled and self.periodic is None and self._crowd() - self._asked_cells > 50 * self.count:
                 self._now = max(self._now, self._latest_event())
-                self._lay_out()
+                self._widen()
         if kind == "limit":
             return self._reached(limit)
         counts = self._counts
