@@ -15,6 +15,7 @@ from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.impact.membership import Membership
 from xpheve_laws_collision.impact.scenery import STANDING, Surroundings, scenery_rows
 from xpheve_laws_collision.impact.stepper import load_again, look_again, put_due
+from xpheve_laws_collision.mass import immovable
 
 if TYPE_CHECKING:
     from xpheve_laws_collision.impact.impact_loop import ImpactLoop, Outcome
@@ -367,9 +368,11 @@ class Fleet:
         assert special is not None
         self.specials += 1
         self.world.transaction.later.append(self.resume)
-        self._count_again(special)
+        held = self._count_again(special)
         server._keep()
         server.queued.pop(special.pair, None)
+        if held:
+            return
         if special.kind == "rest":
             self.world.transaction.later.append(lambda: self._rest(special))
         else:
@@ -386,17 +389,31 @@ class Fleet:
                 if "loop" in state.made:
                     state.made["loop"].quiet(int(self.world.bodies.local[obj._row]))
 
-    def _count_again(self, special: Special) -> None:
+    def _hold(self, special: Special) -> bool:
+        """Hold the heap that does not come to rest, if its law says so: in it bodies would bounce for ever, at this instant."""
+        found = self.server._response(*special.pair)
+        if found is None or found[0].parameters.get("resting") != "hold":
+            return False
+        heap = {obj: None for pair in (special.pair, *special.touching) for obj in pair if not immovable(obj)}
+        for obj in self.world.in_rank_order(heap):
+            self.world.transaction.later.append(lambda obj=obj: self.server._hold(obj))
+        return True
+
+    def _count_again(self, special: Special) -> bool:
+        """Count how often a pair is handed over at one instant; whether that is ended by holding it."""
         if self._again[0] != special.instant:
             self._again = (special.instant, {})
         key, counts = (special.pair, special.kind), self._again[1]
         counts[key] = counts.get(key, 0) + 1
+        if AGAIN < counts[key] <= 2 * AGAIN and self._hold(special):
+            return True
         if counts[key] > AGAIN:
             a, b = special.pair
             raise ContactError(
                 f"contacts of {a!r} and {b!r} at t = {special.instant[0]} s do not come to an end ({special.kind}): give them room, or the law "
                 "another restitution"
             )
+        return False
 
     def _wrong(self, state: Any, outcome: Outcome) -> ContactError:
         pair = self._pair(state, outcome.place, outcome.partner, outcome.is_scenery)
