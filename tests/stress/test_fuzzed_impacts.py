@@ -302,8 +302,6 @@ def test_what_nobody_should_let_loose_ends_well(kind: Any, way: dict[str, Any]) 
 @pytest.mark.parametrize("speed", [1e6, 1e12, 1e300])
 def test_a_bullet_among_many_that_stand_does_not_hold_up_the_others(speed: float, way: dict[str, Any]) -> None:
     """Windows of time in which pairs are looked for are those of the many."""
-    if way["stepper"] == "collision:impact":
-        pytest.xfail("a bullet goes through cells one by one, beyond all others too: for hours")
     engine = xp.PhysicsEngine(**way)
     law = engine.add_law("collision:elastic")
     still = [ball(0.05, position=(0.3 * (k % 8), 0.3 * (k // 8), 0.0)) for k in range(MANY)]

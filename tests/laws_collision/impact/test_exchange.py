@@ -12,7 +12,9 @@ from hypothesis import strategies as some
 from xpheve_laws_collision.impact import exchange
 from xpheve_laws_collision.simultaneous import apply, solve_generation, wanted_speeds
 
-number = some.floats(-1e3, 1e3).filter(lambda x: x == 0.0 or abs(x) > 1e-280)  # beside the least of floats halves of digits are lost
+number = some.floats(-1e3, 1e3).filter(
+    lambda x: x == 0.0 or abs(x) > 1e-280
+)  # beside the least of floats halves of digits are lost
 vector = some.tuples(number, number, number)
 share = some.sampled_from([0.0, 0.25, 1.0, 1.0 / 3.0, 7.3, 1e-6])
 

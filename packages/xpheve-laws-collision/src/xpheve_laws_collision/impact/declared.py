@@ -13,8 +13,6 @@ from xpheve.kernels.vector import Vec
 DECLARED = ("respond", "solid_time", "solid_gap")
 
 
-
-
 class Given(threading.local):
     """The functions of the loop that a thread runs at the moment, as files."""
 

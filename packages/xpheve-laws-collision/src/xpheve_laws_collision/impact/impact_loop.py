@@ -52,7 +52,11 @@ FEW = 12
 FEW_SHAPES = 48
 """Up to so many bounded shapes few places look at all of them."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
-BREATH = {True: 1_000_000, False: 10_000}
+COARSEST = 1e40
+"""How much wider than suits the places cells are made before there are none."""
+PAIRWISE, BULLET = 4_000, 100.0
+"""So many places can be looked at pair by pair; so many times faster than most is one that is not to hold them up."""
+BREATH = {True: 1_000_000, False: 2_000}
 """Events of one call, compiled and interpreted, after which Python may be interrupted."""
 
 
@@ -189,6 +193,7 @@ class ImpactLoop:
         self._cells = cells
         self.celled = False
         self.grid: Grid | None = None
+        self._coarseness = 1.0
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
         self.f: list[Floats] = [np.zeros(1) for _ in range(11)]
@@ -467,7 +472,7 @@ class ImpactLoop:
         shapes = self._shapes
         solid = bounds(shapes[self._bounded]) if self._bounded.any() else None
         self.grid = grid = grid_for(
-            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid
+            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid, self._coarseness
         )
         self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(shapes, grid)
         counts, space = self._counts, self._space
@@ -479,6 +484,25 @@ class ImpactLoop:
         self._place[:, rows.CELL] = -1
         self._mark(present)
         self._asked_cells = self._crowd()
+
+    def _widen(self) -> None:
+        """Lay cells out anew: wide ones for what is so fast that pairs are less work than cells; none if it crosses those as well."""
+        if self._has_bullets():
+            self._coarseness = 4.0 * self._coarseness**2
+        if self._coarseness < COARSEST:
+            self._lay_out()
+            return
+        self.celled, self.grid, self._counts[rows.CELLED] = False, None, 0
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
+        self._event[: self.count, rows.LEAVES] = math.inf
+        self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
+
+    def _has_bullets(self) -> bool:
+        """Whether cells are crossed more often than there are pairs to look at for an impact, by few places or among few."""
+        if self.crossings <= self.count * max(1, self.impacts):
+            return False
+        speeds = np.max(np.abs(self._state[: self.count, rows.V : rows.V + 3]), axis=1)
+        return self.count <= PAIRWISE or float(np.max(speeds)) > BULLET * float(np.quantile(speeds, 0.9))
 
     def _crowd(self) -> float:
         """Cells left, beyond those that impacts pay for."""
@@ -503,7 +527,7 @@ class ImpactLoop:
                 break
             if self.celled and self.periodic is None and self._crowd() - self._asked_cells > 50 * self.count:
                 self._now = max(self._now, self._latest_event())
-                self._lay_out()
+                self._widen()
         if kind == "limit":
             if limit[0] < math.inf and limit[1] < math.inf:
                 self._now = max(self._now, limit)

@@ -44,10 +44,12 @@ def grid_for(
     periodic: Sequence[float] | None,
     free: bool,
     bounds: tuple[Floats, Floats] | None = None,
+    coarseness: float = 1.0,
 ) -> Grid:
     """Return cells for the flights ``state`` (k, 16); they move along with them if ``free``.
 
-    ``bounds``: least and greatest coordinates (m, 3) [m] of fixed shapes that lie in cells, too.
+    ``bounds``: least and greatest coordinates (m, 3) [m] of fixed shapes that lie in cells, too; ``coarseness``: how much wider the
+    cells are than would suit the places, where these are fast.
 
     Raises
     ------
@@ -77,7 +79,7 @@ def grid_for(
     for c in range(3):
         if periodic is not None and closed[c]:
             extents[c] = periodic[c]
-    widths = _widths(extents, diameter * ROOM, count)
+    widths = [width * coarseness for width in _widths(extents, diameter * ROOM, count)]
     sizes = [
         max(1, math.floor(e / w) if shut else math.ceil(e / w))
         for e, w, shut in zip(extents, widths, closed, strict=True)
