@@ -299,7 +299,9 @@ def test_what_nobody_should_let_loose_ends_well(kind: Any, way: dict[str, Any]) 
 
 
 @by_all_ways
-@pytest.mark.parametrize("speed", [1e6, 1e12, 1e300])
+@pytest.mark.parametrize(
+    "speed", [pytest.param(1e6, marks=pytest.mark.stress), 1e12, pytest.param(1e300, marks=pytest.mark.stress)]
+)
 def test_a_bullet_among_many_that_stand_does_not_hold_up_the_others(speed: float, way: dict[str, Any]) -> None:
     """Windows of time in which pairs are looked for are those of the many."""
     engine = xp.PhysicsEngine(**way)

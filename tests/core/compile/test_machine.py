@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 from pathlib import Path
 
@@ -244,3 +245,31 @@ def test_code_that_another_lowering_made_is_not_taken(tmp_path: Path, monkeypatc
         source.write_text(text)
         found.append(loader._lowering())
     assert found[0] == "" and len(set(found)) == 3
+
+
+def test_functions_that_many_call_are_linked_once_with_all_that_they_need() -> None:
+    text = """
+def whole(x):
+    return int(x) + 1
+
+def left(x):
+    return whole(x) * 2.0
+
+def right(x):
+    return whole(x) + left(x)
+
+def entry(f, n):
+    f[0][0] = right(f[0][0]) + left(f[0][1]) + whole(f[0][2])
+    return int(f[0][0])
+"""
+    assert missing_symbols(machine_code(text, "parts").code) == set()
+    slow, fast = both(text, [np.array([2.5, 7.25, 1.0])], [])
+    assert same(slow[0], fast[0])
+
+
+def test_garbage_is_looked_for_again_after_compiling_even_what_cannot_be() -> None:
+    machine_code("def entry(f, n):\n    return 5\n", "a number")
+    assert gc.isenabled()
+    with pytest.raises(CompileError):
+        machine_code("def entry(f, n):\n    return f + n\n", "nonsense")
+    assert gc.isenabled()

@@ -72,6 +72,33 @@ def test_cells_or_none_give_the_same_bits() -> None:
 
 
 @pytest.mark.slow
+@given(some.integers(0, 10**6), some.integers(20, 60), some.sampled_from(("same", "mixed", "dust", "points")))
+@settings(max_examples=60, deadline=None)
+def test_what_a_glance_leaves_out_meets_nobody(seed: int, count: int, kind: str) -> None:
+    """Without cells, every pair is looked at closely."""
+    rng = np.random.default_rng(seed)
+    size, swift = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, 2.0)
+    radius = {
+        "same": np.full(count, 0.04),
+        "mixed": rng.uniform(0.002, 0.06, count),
+        "dust": np.where(rng.random(count) < 0.2, 0.06, 1e-5),
+        "points": np.where(rng.random(count) < 0.5, 0.0, 0.06),
+    }[kind] * size
+    x, v = lattice(count, size, seed)
+    away = rng.choice([0.0, 1e3, 1e6]) * rng.normal(size=(3, 1))
+    pull = rng.normal(size=(3, count if rng.random() < 0.3 else 1)) * rng.choice([0.0, 1.0]) * swift**2 / size
+    v = (v + rng.choice([0.0, 1e3]) * rng.normal(size=(3, 1)) - 2.0 * (x / size - 0.5)) * swift
+    clock = [rng.choice([0.0, 1e3]) + 0.01 * rng.random(count) * size / swift, np.zeros(count)]
+    found = set()
+    for cells in (True, False):
+        loop = loop_of(count, compiled=True, cells=cells)
+        put(loop, x + away, v, radius=radius, acceleration=np.broadcast_to(pull, (3, count)), clock=clock)
+        loop.run((float(clock[0].max()) + size / swift, 0.0))
+        found.add((loop.impacts, flights(loop).tobytes()))
+    assert len(found) == 1
+
+
+@pytest.mark.slow
 def test_cells_of_other_sizes_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     from xpheve_laws_collision.impact import layout
 
@@ -477,6 +504,22 @@ def test_a_fast_ball_is_found_however_many_cells_it_crosses() -> None:
     put(loop, x, v)
     loop.run((1.0, 0.0))
     assert loop.impacts == count - 1 and loop._state[count - 1, rows.V] == 1e4
+
+
+@pytest.mark.parametrize("speed", [1e9, 1e300])
+def test_what_is_too_fast_for_cells_makes_them_wider_and_changes_no_bit(speed: float) -> None:
+    found = []
+    for cells in (True, False):
+        loop = loop_of(20, cells=cells)
+        x, v = np.zeros((3, 20)), np.zeros((3, 20))
+        x[0] = np.arange(20) * 3.0
+        x[1, 0] = 50.0
+        v[0, 0], v[0, 1] = speed, 30.0
+        put(loop, x, v)
+        loop.run((2.0, 0.0))
+        assert loop.impacts == 18 and loop.crossings < 50_000
+        found.append(loop._state.tobytes())
+    assert found[0] == found[1]
 
 
 def test_counts_of_the_loop_only_grow_where_something_happens() -> None:

@@ -113,10 +113,10 @@ class WhatIsAhead:
 
 def extremes(x: Array, v: Array, a: Array, span: float) -> tuple[Array, Array]:
     """Least and greatest x + s v + s^2 a / 2 for s from 0 to ``span``."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what flies beyond all floats ends at infinity
         end = x + span * (v + 0.5 * span * a)
         turn = np.clip(np.where(a != 0.0, -v / a, 0.0), 0.0, span)
-        extreme = x + turn * (v + 0.5 * turn * a)
+    extreme = x + turn * (v + 0.5 * turn * a)
     return np.minimum(np.minimum(x, end), extreme), np.maximum(np.maximum(x, end), extreme)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import builtins
-import copy
 import os
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -210,7 +209,7 @@ class _Writer:
             return None
         self.seen.add((name, statement.lineno))
         clean = _Clean(file)
-        text = ast.unparse(ast.fix_missing_locations(clean.visit(copy.deepcopy(statement))))
+        text = ast.unparse(ast.fix_missing_locations(clean.visit(statement)))
         for node, used in clean.used:
             if used in file.imports:
                 self._put_imported(file, used, node)

@@ -13,6 +13,7 @@ code needs nothing of Python.
 from __future__ import annotations
 
 import ast
+import gc
 import hashlib
 import linecache
 import math
@@ -131,7 +132,9 @@ def _numba() -> Any:
         warnings.simplefilter("ignore")
         import numba  # noqa: F401  (sets up its targets)
         from llvmlite import ir
+        from numba._dynfunc import make_function
         from numba.core import cgutils, types
+        from numba.core.compiler import Compiler
         from numba.core.registry import CPUDispatcher
         from numba.extending import intrinsic
 
@@ -142,7 +145,53 @@ def _numba() -> Any:
             plain: Any = types.unliteral
             return super().get_call_template(tuple(map(plain, args)), {name: plain(one) for name, one in kws.items()})
 
-    return SimpleNamespace(ir=ir, cgutils=cgutils, types=types, CPUDispatcher=Dispatcher, intrinsic=intrinsic)
+    return SimpleNamespace(
+        ir=ir,
+        cgutils=cgutils,
+        types=types,
+        CPUDispatcher=Dispatcher,
+        intrinsic=intrinsic,
+        Compiler=Compiler,
+        make_function=make_function,
+    )
+
+
+def _pipelines() -> tuple[Any, Any]:
+    """numba's compiler, for the functions of a text, and for its entry.
+
+    A function that only others call is never loaded by itself: its code is left as it is, and is optimised and turned into the machine's
+    once, as part of the entry. numba by itself does so anew for each function with all that it calls.
+    """
+    parts: list[Any] = []
+
+    def keep(library: Any, description: Any, environment: Any) -> Any:
+        library._finalized = True  # nothing is linked to it
+        parts.append(library)
+        name: str = description.qualname
+        # What numba knows the function by; nobody calls it.
+        return _numba().make_function(
+            description.lookup_module(), name.rsplit(".", 1)[-1], "", 0, environment, (library,)
+        )
+
+    class Part(_numba().Compiler):  # type: ignore[misc]
+        def __init__(self, typing: Any, target: Any, *others: Any) -> None:
+            super().__init__(typing, target, *others)
+            self.state.targetctx.get_executable = keep  # numba makes a context for each function
+
+    class Whole(_numba().Compiler):  # type: ignore[misc]
+        def __init__(self, typing: Any, target: Any, *others: Any) -> None:
+            super().__init__(typing, target, *others)
+            context = self.state.targetctx
+            load = context.get_executable
+
+            def linked(library: Any, description: Any, environment: Any) -> Any:
+                for one in reversed(parts):  # callers first: what nobody calls so far would be left out
+                    library._linking_libraries.extend([one, *one._linking_libraries])
+                return load(library, description, environment)
+
+            context.get_executable = linked
+
+    return Part, Whole
 
 
 def machine_code(text: str, what: str) -> Machine:
@@ -168,14 +217,15 @@ def machine_code(text: str, what: str) -> Machine:
             **_constants(text),
         }
         exec(compile(source, name, "exec"), space)
+        part, whole = _pipelines()
         for key, value in list(space.items()):
             if callable(value) and getattr(value, "__module__", None) == "xpheve_kernel" and key != "entry":
-                space[key] = numba.CPUDispatcher(py_func=value, targetoptions=dict(options))
+                space[key] = numba.CPUDispatcher(py_func=value, targetoptions=dict(options), pipeline_class=part)
         types = numba.types
         pointers = types.CPointer(types.CPointer(types.float64)), types.CPointer(types.CPointer(types.int64))
-        entry = numba.CPUDispatcher(py_func=space["entry"], targetoptions=dict(options))
+        entry = numba.CPUDispatcher(py_func=space["entry"], targetoptions=dict(options), pipeline_class=whole)
         try:
-            with warnings.catch_warnings():
+            with warnings.catch_warnings(), _no_collection():
                 warnings.simplefilter("ignore")
                 entry.compile(types.int64(*pointers))
         except Exception as wrong:  # numba's errors have no useful common class across versions
@@ -193,6 +243,18 @@ def _first_lines(wrong: Exception) -> str:
     """The gist of one of numba's errors, which run to pages."""
     lines = [line.strip() for line in str(wrong).splitlines() if line.strip()]
     return f"{type(wrong).__name__}: {' '.join(lines[:6])}"[:600]
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Look for no garbage meanwhile: numba makes millions of objects that all stay, and an eighth of its time goes into looking."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 @contextmanager

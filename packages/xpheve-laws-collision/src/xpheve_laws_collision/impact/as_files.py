@@ -26,10 +26,11 @@ class AsFiles:
         self._views: tuple[list[memoryview], list[memoryview]] = ([], [])
 
     def __call__(self, floats: Sequence[npt.NDArray[np.float64]], ints: Sequence[npt.NDArray[np.int64]]) -> int:
-        arrays = [*floats, *ints]
+        arrays: list[Any] = [*floats, *ints]
         if len(arrays) != len(self._seen) or any(a is not b for a, b in zip(arrays, self._seen, strict=True)):
             self._seen = arrays
-            self._views = [memoryview(one) for one in floats], [memoryview(one) for one in ints]
+            views = [memoryview(one) for one in arrays]
+            self._views = views[: len(floats)], views[len(floats) :]
         GIVEN.respond = self._respond
         if self._solids:
             from xpheve_laws_collision.impact.solids import solid_gap, solid_time
@@ -40,4 +41,5 @@ class AsFiles:
 
 @lru_cache(maxsize=64)
 def _answers(text: str, files: tuple[tuple[str, str], ...]) -> Any:
-    return interpreted(assemble(f"{text}\n\n{ANSWERS}", dict(files)), what="answers of collision laws").function
+    kernel: Any = interpreted(assemble(f"{text}\n\n{ANSWERS}", dict(files)), what="answers of collision laws")
+    return kernel.function

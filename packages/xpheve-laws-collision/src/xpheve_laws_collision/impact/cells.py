@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from xpheve.kernels.clock import elapsed, later
+from xpheve.kernels.clock import later
 from xpheve.kernels.vector import Vec
 from xpheve_laws_collision.impact.limits import vector
 from xpheve_laws_collision.impact.meetings import moved, sped
@@ -25,6 +25,7 @@ from xpheve_laws_collision.impact.rows import (
     COUNTS,
     EVENT,
     EVENTS,
+    FOLDED,
     FRAME,
     FRAME_TIME,
     GRID,
@@ -75,12 +76,12 @@ def seen_from_cells(f: Any, i: int, now: tuple[float, float]) -> tuple[Vec, Vec,
     state = f[STATE]
     space = f[SPACE]
     a = STATES * i
-    s = elapsed(now, (state[a + TIME], state[a + TIME + 1]))
+    s = (now[0] - state[a + TIME]) + (now[1] - state[a + TIME + 1])
     pull = vector(state, a + PULL)
     v = vector(state, a + V)
     x = moved(vector(state, a + X), v, pull, s)
     v = sped(v, pull, s)
-    s = elapsed(now, (space[FRAME_TIME], space[FRAME_TIME + 1]))
+    s = (now[0] - space[FRAME_TIME]) + (now[1] - space[FRAME_TIME + 1])
     own_pull = vector(space, FRAME + 6)
     own_v = vector(space, FRAME + 3)
     own_x = moved(vector(space, FRAME), own_v, own_pull, s)
@@ -108,25 +109,34 @@ def link(f: Any, n: Any, i: int) -> int:
     """Put ``i`` into the list of its cell."""
     place = n[PLACE]
     counts = n[COUNTS]
-    heads = n[HEADS]
     p = PLACES * i
     w = STATES * i + WRAPS
     state = f[STATE]
-    cell = 0
     for c in range(3):
         size = counts[GRID + c]
         at = place[p + CELL_AT + c]
         folded = at % size
-        cell = cell * size + folded
+        place[p + FOLDED + c] = folded
         state[w + c] = float((at - folded) // size) if counts[PERIODIC + c] else 0.0
+    return enter(n, i)
+
+
+def enter(n: Any, i: int) -> int:
+    """Put ``i`` into the list of its folded cell."""
+    place = n[PLACE]
+    counts = n[COUNTS]
+    heads = n[HEADS]
+    links = n[LINK]
+    p = PLACES * i
+    cell = (place[p + FOLDED] * counts[GRID + 1] + place[p + FOLDED + 1]) * counts[GRID + 2] + place[p + FOLDED + 2]
     first = heads[cell]
     place[p + CELL] = cell
-    n[LINK][LINKS * i + BEFORE] = -1
-    n[LINK][LINKS * i + NEXT] = first
+    links[LINKS * i + BEFORE] = -1
+    links[LINKS * i + NEXT] = first
     if first >= 0:
-        n[LINK][LINKS * first + BEFORE] = i
+        links[LINKS * first + BEFORE] = i
     heads[cell] = i
-    return cell
+    return 0
 
 
 def take_out(n: Any, i: int) -> int:
@@ -161,6 +171,12 @@ def wait_to_leave(f: Any, n: Any, i: int, now: tuple[float, float]) -> int:
         if not abs(x[c]) < FARTHEST * width[c]:
             continue
         inside = x[c] - place[p + CELL_AT + c] * width[c]
+        if pull[c] == 0.0:
+            gap = width[c] - inside if v[c] > 0.0 else inside
+            if v[c] != 0.0 and gap < best * abs(v[c]):
+                best = max(gap, 0.0) / abs(v[c])
+                way = c + 1 if v[c] > 0.0 else -c - 1
+            continue
         up = closing_time(width[c] - inside, 0.0 - v[c], 0.0 - pull[c])
         if up < best:
             best = up
@@ -187,8 +203,17 @@ def step_over(f: Any, n: Any, i: int) -> int:
     p = PLACES * i
     way = place[p + WAY]
     take_out(n, i)
-    place[p + CELL_AT + abs(way) - 1] += 1 if way > 0 else -1
-    return link(f, n, i)
+    c = abs(way) - 1
+    one = 1 if way > 0 else -1
+    size = n[COUNTS][GRID + c]
+    at = place[p + FOLDED + c] + one
+    place[p + CELL_AT + c] += one
+    if at < 0 or at >= size:  # into another box, or another turn of the grid
+        at -= one * size
+        if n[COUNTS][PERIODIC + c]:
+            f[STATE][STATES * i + WRAPS + c] += one
+    place[p + FOLDED + c] = at
+    return enter(n, i)
 
 
 def begin_again(f: Any, n: Any, i: int) -> int:

@@ -14,7 +14,7 @@ from xpheve.laws import ResponseLaw
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.impact.membership import Membership
 from xpheve_laws_collision.impact.scenery import STANDING, Surroundings, scenery_rows
-from xpheve_laws_collision.impact.stepper import ImpactStepper, load_again, look_again, put_due
+from xpheve_laws_collision.impact.stepper import load_again, look_again, put_due
 
 if TYPE_CHECKING:
     from xpheve_laws_collision.impact.impact_loop import ImpactLoop, Outcome
@@ -229,7 +229,7 @@ class Fleet:
             scenery_heard=around.masks[1],
             scenery_columns=around.columns,
             scenery_bodies=around.bodies,
-            periodic=getattr(self.world, "periodic", None),
+            periodic=self.world.periodic,
             compiled=self.compiled,
         )
         loop.since = state.numbers.get("since", -np.inf), state.numbers.get("since_rest", 0.0)
@@ -455,4 +455,4 @@ def _grips_otherwise(law: ResponseLaw) -> bool:
     return grip < respond or not order[grip].__module__.startswith("xpheve_laws_collision.")
 
 
-__all__ = ["Fleet", "ImpactStepper"]
+__all__ = ["Fleet"]

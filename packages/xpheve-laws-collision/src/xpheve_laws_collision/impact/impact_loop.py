@@ -19,7 +19,7 @@ from xpheve_laws_collision.impact import rows
 from xpheve_laws_collision.impact.declared import DECLARED
 from xpheve_laws_collision.impact.layout import Grid, grid_for
 from xpheve_laws_collision.impact.loop import LOOK, NEAR, RUN
-from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for
+from xpheve_laws_collision.impact.shelves import bounds, is_bounded, shelves_for, with_reach
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -51,17 +51,21 @@ FEW = 12
 """Up to so many places all pairs are looked at, without cells."""
 FEW_SHAPES = 48
 """Up to so many bounded shapes few places look at all of them."""
+WIDEST = 1e60
+"""Cells are made at most so many times as wide as the places need; if that is too narrow there are none."""
+SPARSE, WIDE = 64, 4.0
+"""Places from which on, and widths of cells in diameters, an instant is looked for before which nothing meets."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
-COARSEST = 1e40
-"""How much wider than suits the places cells are made before there are none."""
 PAIRWISE, BULLET = 4_000, 100.0
-"""So many places can be looked at pair by pair; so many times faster than most is one that is not to hold them up."""
+"""So many places may be looked at pair by pair; so many times as fast as most is what should not hold them up."""
+LINE = 8
+"""Numbers in a line of the processor's cache."""
 BREATH = {True: 1_000_000, False: 2_000}
 """Events of one call, compiled and interpreted, after which Python may be interrupted."""
 
 
 class Answers(Protocol):
-    """The laws' answers as text: see `xpheve_laws_collision.impact.answer` for the layout of a contact."""
+    """The laws' answers as text: see `xpheve.kernels.response` for the layout of a contact."""
 
     text: str
     columns: Any
@@ -193,25 +197,25 @@ class ImpactLoop:
         self._cells = cells
         self.celled = False
         self.grid: Grid | None = None
-        self._coarseness = 1.0
         self._asked_cells: float = 0.0
         leaves = 1 << max(0, count - 1).bit_length()
         self.f: list[Floats] = [np.zeros(1) for _ in range(11)]
-        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(10)]
+        self.n: list[Ints] = [np.zeros(1, dtype=np.int64) for _ in range(11)]
         f, n = self.f, self.n
         f[rows.CONTACT] = np.zeros(response.SCRATCH)
-        f[rows.STATE] = np.zeros(rows.STATES * max(1, count))
-        f[rows.EVENT] = np.zeros(rows.EVENTS * max(1, count))
-        f[rows.COLD] = np.zeros(rows.COLDS * max(1, count))
+        f[rows.STATE] = _lines(rows.STATES * max(1, count), np.float64)
+        f[rows.EVENT] = _lines(rows.EVENTS * max(1, count), np.float64)
+        f[rows.COLD] = _lines(rows.COLDS * max(1, count), np.float64)
         f[rows.SPACE] = np.zeros(rows.SPACES)
         f[rows.KEYS] = np.full(2 * leaves, math.inf)
         f[rows.KEYS][1::2] = 0.0
         f[rows.PAIR] = np.zeros(2 * rows.STATES)
         n[rows.LAW] = np.zeros(4, dtype=np.int64)
-        n[rows.PLACE] = np.zeros(rows.PLACES * max(1, count), dtype=np.int64)
-        n[rows.LINK] = np.zeros(rows.LINKS * max(1, count), dtype=np.int64)
+        n[rows.PLACE] = _lines(rows.PLACES * max(1, count), np.int64)
+        n[rows.LINK] = _lines(rows.LINKS * max(1, count), np.int64)
         n[rows.COUNTS] = np.zeros(rows.COUNTED, dtype=np.int64)
         n[rows.TREE] = _nobody_first(leaves)
+        n[rows.NEARBY] = np.zeros(rows.NEARS * (rows.LAST_NEARBY + 1), dtype=np.int64)
         n[rows.HEADS] = np.full(1, -1, dtype=np.int64)
         self._state = f[rows.STATE].reshape(-1, rows.STATES)
         self._event = f[rows.EVENT].reshape(-1, rows.EVENTS)
@@ -230,6 +234,12 @@ class ImpactLoop:
         counts[rows.MOST_AT_ONCE] = max(1000, 100 * count)
         self._space[rows.BUSY_AT], self._space[rows.SINCE] = math.nan, -math.inf
         self._now: Instant = (-math.inf, 0.0)
+        self._quiet: Instant = (-math.inf, 0.0)
+        """Before this nothing meets, whatever cells are left."""
+        self._laid_again, self._coarser = False, 1.0
+        """Whether cells were laid out anew because too many were left; how much wider they are than the places need."""
+        self._restless = False
+        """No such instant was found for the places as they are."""
         self._linked: Any = None
         self._kernel: Any = None
         self.set_laws(laws_of_bit)
@@ -277,6 +287,7 @@ class ImpactLoop:
     def set_scenery(self, scenery: Any, masks: Any, columns: Any = None, heard: Any = None, bodies: Any = None) -> None:
         """Other fixed shapes: all places are predicted anew."""
         shapes = np.asarray(scenery, dtype=np.float64).reshape(-1, rows.SCENERIES)
+        shapes = with_reach(shapes)
         self.f[rows.SCENERY] = np.append(shapes.ravel(), 0.0)
         both = np.zeros((len(shapes) + 1, 2), dtype=np.int64)
         both[: len(shapes), 0] = np.asarray(masks, dtype=np.int64).ravel()
@@ -344,6 +355,7 @@ class ImpactLoop:
 
     def _mark(self, places: Ints) -> None:
         """Have ``places`` predicted when the loop runs next."""
+        self._quiet, self._restless = (-math.inf, 0.0), False
         fresh = places[self._place[places, rows.DIRTY] == 0]
         if len(fresh):
             first = int(self._counts[rows.DIRTIES])
@@ -472,7 +484,7 @@ class ImpactLoop:
         shapes = self._shapes
         solid = bounds(shapes[self._bounded]) if self._bounded.any() else None
         self.grid = grid = grid_for(
-            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid, self._coarseness
+            self._state[present], self._now, self.periodic, not self._counts[rows.SCENES], solid, self._coarser
         )
         self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(shapes, grid)
         counts, space = self._counts, self._space
@@ -486,23 +498,30 @@ class ImpactLoop:
         self._asked_cells = self._crowd()
 
     def _widen(self) -> None:
-        """Lay cells out anew: wide ones for what is so fast that pairs are less work than cells; none if it crosses those as well."""
-        if self._has_bullets():
-            self._coarseness = 4.0 * self._coarseness**2
-        if self._coarseness < COARSEST:
+        """Lay cells out anew; far wider, if that was done before for the same reason: something is too fast for any that suit the others."""
+        if self._laid_again and self._has_bullets():
+            self._coarser = max(8.0, self._coarser * self._coarser)
+        self._laid_again = True
+        if self._coarser <= WIDEST:
             self._lay_out()
-            return
-        self.celled, self.grid, self._counts[rows.CELLED] = False, None, 0
-        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
-        self._event[: self.count, rows.LEAVES] = math.inf
-        self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
+        else:
+            self._go_without_cells()
 
     def _has_bullets(self) -> bool:
-        """Whether cells are crossed more often than there are pairs to look at for an impact, by few places or among few."""
+        """Whether an impact costs more crossings than there are pairs to look at, by few places or among few: no thin gas is meant."""
         if self.crossings <= self.count * max(1, self.impacts):
             return False
         speeds = np.max(np.abs(self._state[: self.count, rows.V : rows.V + 3]), axis=1)
         return self.count <= PAIRWISE or float(np.max(speeds)) > BULLET * float(np.quantile(speeds, 0.9))
+
+    def _go_without_cells(self) -> None:
+        """All look at all from now on."""
+        self._cells = self.celled = False
+        self._counts[rows.CELLED], self.grid = 0, None
+        self._counts[rows.ENDLESS], self.n[rows.SHELVES] = shelves_for(self._shapes, None)
+        self._place[:, rows.CELL] = -1
+        self._event[:, rows.LEAVES : rows.LEAVES + 2] = (math.inf, 0.0)
+        self._mark(np.flatnonzero(self._place[: self.count, rows.PRESENT]))
 
     def _crowd(self) -> float:
         """Cells left, beyond those that impacts pay for."""
@@ -514,11 +533,33 @@ class ImpactLoop:
         self._call(LOOK)
         at = int(self.n[rows.TREE][1])
         high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
-        return NEVER if high == math.inf else (high, low)
+        return NEVER if high == math.inf else max((high, low), self._look_for_quiet(at, (high, low)))
+
+    def _look_for_quiet(self, first: int, due: Instant) -> Instant:
+        """Until when nothing meets, if what is ``due`` at place ``first`` is no more than leaving a cell, and places are few and far between."""
+        event, grid = self._event, self.grid
+        if self._restless or grid is None or self.periodic is not None or self.count < SPARSE or self._quiet > due:
+            return self._quiet
+        leaves = (event[first, rows.LEAVES], event[first, rows.LEAVES + 1]) == due
+        apart = not self._bounded.any() and min(grid.widths) > WIDE * grid.diameter
+        if not (leaves and apart and self._now[0] > -math.inf):
+            return self._quiet
+        from xpheve_laws_collision.impact.quiet import quiet_span
+
+        state = self._state[: self.count][self._place[: self.count, rows.PRESENT] != 0]
+        span = (self._now[0] - state[:, rows.TIME]) + (self._now[1] - state[:, rows.TIME + 1])
+        x, v, a = (state[:, at : at + 3] for at in (rows.X, rows.V, rows.PULL))
+        s = span[:, np.newaxis]
+        found = quiet_span(x + s * (v + 0.5 * s * a), v + s * a, a, state[:, rows.RADIUS])
+        self._restless = found == 0.0
+        self._quiet = (min(self._now[0] + found, float(event[: self.count, rows.HITS].min())), -math.inf)
+        return self._quiet
 
     def run(self, limit: Instant) -> Outcome:
         """Let all events strictly before ``limit`` happen; its offset may be infinite."""
         self._prepare()
+        if limit <= self._quiet and not self._counts[rows.DIRTIES]:
+            return self._reached(limit)
         self._space[rows.LIMIT : rows.LIMIT + 2] = limit
         while True:
             self._counts[rows.BUDGET] = BREATH[self.compiled]
@@ -529,9 +570,7 @@ class ImpactLoop:
                 self._now = max(self._now, self._latest_event())
                 self._widen()
         if kind == "limit":
-            if limit[0] < math.inf and limit[1] < math.inf:
-                self._now = max(self._now, limit)
-            return Outcome(kind, limit)
+            return self._reached(limit)
         counts = self._counts
         instant = float(self._space[rows.AT]), float(self._space[rows.AT + 1])
         self._now = max(self._now, instant)
@@ -541,6 +580,11 @@ class ImpactLoop:
         if kind == "touch":
             others = self._others(place, partner, is_scenery)
         return Outcome(kind, instant, place, partner, is_scenery, others)
+
+    def _reached(self, limit: Instant) -> Outcome:
+        if limit[0] < math.inf:
+            self._now = max(self._now, (limit[0], 0.0))
+        return Outcome("limit", limit)
 
     def _latest_event(self) -> Instant:
         at = int(self.n[rows.TREE][1])
@@ -641,6 +685,13 @@ class ImpactLoop:
         """The work [J] of each law."""
         sums = self.f[rows.WORK].tolist()
         return [sums[2 * law] + sums[2 * law + 1] for law in range(self.laws)]
+
+
+def _lines(size: int, kind: type) -> Any:
+    """Zeros that begin where a line of the processor's cache does, so that a row lies in as few of them as it can."""
+    room: Any = np.zeros(size + LINE, dtype=kind)
+    first = (-room.ctypes.data // room.itemsize) % LINE
+    return room[first : first + size]
 
 
 def _nobody_first(leaves: int) -> Ints:

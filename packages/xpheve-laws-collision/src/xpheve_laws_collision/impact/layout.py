@@ -17,7 +17,7 @@ Floats = npt.NDArray[np.float64]
 
 ROOM = 1.0 + 1e-6
 """Cells are a little wider than the greatest diameter: places leave them by rounding late."""
-PLACES_A_CELL = 0.35
+PLACES_A_CELL = 0.2
 """How many there are to be at least, on average: finer cells cost more than they spare."""
 
 FINEST = 1e4
@@ -44,12 +44,12 @@ def grid_for(
     periodic: Sequence[float] | None,
     free: bool,
     bounds: tuple[Floats, Floats] | None = None,
-    coarseness: float = 1.0,
+    coarser: float = 1.0,
 ) -> Grid:
     """Return cells for the flights ``state`` (k, 16); they move along with them if ``free``.
 
-    ``bounds``: least and greatest coordinates (m, 3) [m] of fixed shapes that lie in cells, too; ``coarseness``: how much wider the
-    cells are than would suit the places, where these are fast.
+    ``bounds``: least and greatest coordinates (m, 3) [m] of fixed shapes that lie in cells, too. ``coarser``: cells of an open space are to be
+    so many times as wide as they would be.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def grid_for(
     for c in range(3):
         if periodic is not None and closed[c]:
             extents[c] = periodic[c]
-    widths = [width * coarseness for width in _widths(extents, diameter * ROOM, count)]
+    widths = [coarser * width for width in _widths(extents, diameter * ROOM, count)]
     sizes = [
         max(1, math.floor(e / w) if shut else math.ceil(e / w))
         for e, w, shut in zip(extents, widths, closed, strict=True)

@@ -142,9 +142,9 @@ def run(f: Any, n: Any) -> int:
             counts[CROSSINGS] += 1
             way = place[p + WAY]
             step_over(f, n, i)
+            wait_to_leave(f, n, i, (high, low))
             look_around(f, n, i, way, -1)
             look_at_scenery(f, n, i, way, -1)
-            wait_to_leave(f, n, i, (high, low))
             settle(f, n, i)
             continue
         meets = event[e + MEETS] == high and event[e + MEETS + 1] == low

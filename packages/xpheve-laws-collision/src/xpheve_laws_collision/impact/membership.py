@@ -14,12 +14,10 @@ from xpheve.objects import PhysicalObject
 
 SCENERY = ("sphere", "plane", "box", "capsule")
 """Fixed shapes that the loop knows."""
-FEW = 1
-"""Moving bodies of a set from which on it flies in the loop unasked."""
 MOST_LAWS = 62
 """Bits of a mask."""
-WISH, OTHER_WISH = "collision:impact", "core:ballistic"
-"""What a user asks for who wants the loop for few bodies, too, or pairs one by one for many."""
+OTHER_WISH = "core:ballistic"
+"""What a user asks for who wants pairs one by one."""
 
 
 class Membership:
@@ -99,9 +97,7 @@ def _why_not(world: Any, laws: list[Any]) -> str:
                 return f"{law.label()} listens to contacts that nobody answers"
     if world.wish == OTHER_WISH:
         return f"{OTHER_WISH} was asked for"
-    if moving < FEW and world.wish != WISH:
-        return f"{moving} bodies move: from {FEW} on it pays"
-    return ""
+    return "" if moving else "nothing moves"
 
 
 def _hears_impacts_only(law: Any) -> bool:

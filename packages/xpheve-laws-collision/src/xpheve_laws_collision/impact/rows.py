@@ -23,6 +23,12 @@ MASKS = 6  # of fixed shapes: bits of laws that answer, bits of those that liste
 LAWS = 7  # law of each of 64 bits, then a row a law
 LINK = 8  # a short row a place: what those nearby look at
 SHELVES = 9  # fixed shapes that all look at; where the list of each cell begins; the lists
+NEARBY = 10  # lists of places near another one, a row each
+
+# A row of n[NEARBY]
+NEARS = 2
+LAST_NEARBY = 63
+"""A place of the list, and by how many boxes its cell is beyond the box along each axis, one added, in two bits each. Row numbers go round."""
 
 # A row of n[LINK]
 LINKS = 4
@@ -57,10 +63,12 @@ SPHERE, PLANE, BOX, CAPSULE = 0, 1, 2, 3
 # A row of n[PLACE]
 PLACES = 24
 QUIET = 0
+FOLDED = 1
 HEARD, RANK, SKIP, WATCHED = 4, 5, 6, 7
 CELL, CELL_AT, WAY, PARTNER, SEEN, MEETS_HOW, WALL, HITS_HOW = 8, 9, 12, 13, 14, 15, 16, 17
 STREAK, STREAK_WITH, CHANGED, DIRTY, PRESENT, TURNED = 18, 19, 20, 21, 22, 23
-"""CELL: which list the place is in; CELL_AT: its three coordinates in cells, counted on from those of its flight's beginning; WAY: how it leaves."""
+"""FOLDED: the coordinates of the list the place is in, and CELL: which that is; CELL_AT: its three coordinates in cells, counted on from those of
+its flight's beginning; WAY: how it leaves."""
 
 # f[SPACE]
 LIMIT, BOX, WIDTH, FRAME_TIME, FRAME, BUSY_AT, AT, SINCE = 0, 2, 5, 8, 10, 19, 21, 23

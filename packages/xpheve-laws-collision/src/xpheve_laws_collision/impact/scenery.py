@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from xpheve.kernels.quaternion import rotate
 from xpheve.kernels.vector import dot
+from xpheve_laws_collision.impact.rows import BOX, CAPSULE, CENTRE, KIND, PLANE, SCENERIES, SIZE, SPHERE, TURN
 
 Array = NDArray[np.float64]
-WIDTH = 24
-KIND, CENTRE, ROTATION, SIZES, REACH = 0, 1, 4, 13, 16
-"""Where a row has its kind; its centre [m], or a plane's unit normal; its rotation, row by row; its sizes [m], or a plane's level; its reach [m]."""
-SPHERE, PLANE, BOX, CAPSULE = range(4)
+REACH = SIZE + 3
+"""Where a row has the shape's reach [m]."""
 STANDING = ("position", "orientation", "mass", "inertia")
 """What laws may read of a fixed body."""
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -28,7 +27,7 @@ class Surroundings(NamedTuple):
     Attributes
     ----------
     rows
-        Fixed shapes, (m, `WIDTH`).
+        Fixed shapes, (m, `SCENERIES`).
     masks
         Bits of the laws of each that answer, and of those that listen (2, m).
     bodies
@@ -65,22 +64,22 @@ class Surroundings(NamedTuple):
 
 
 def scenery_rows(shapes: Sequence[Any], bodies: Any, rows: Sequence[int]) -> Array:
-    """The numbers of fixed ``shapes``, which stand where ``rows`` do, shape (rows, `WIDTH`)."""
-    found = np.zeros((len(rows), WIDTH))
+    """The numbers of fixed ``shapes``, which stand where ``rows`` do, shape (rows, `SCENERIES`)."""
+    found = np.zeros((len(rows), SCENERIES))
     for line, shape, row in zip(found, shapes, rows, strict=True):
         position, q = bodies.get("position", row), bodies.get("orientation", row)
         line[CENTRE : CENTRE + 3] = position
-        line[ROTATION : ROTATION + 9] = np.array([rotate(q, axis) for axis in AXES]).T.ravel()
+        line[TURN : TURN + 9] = np.array([rotate(q, axis) for axis in AXES]).T.ravel()
         if shape.kind == "plane":
             normal = rotate(q, shape.normal)
             line[KIND], line[CENTRE : CENTRE + 3] = PLANE, normal
-            line[SIZES], line[REACH] = dot(normal, position) + shape.offset, np.inf
+            line[SIZE], line[REACH] = dot(normal, position) + shape.offset, np.inf
         elif shape.kind == "box":
-            line[KIND], line[SIZES : SIZES + 3] = BOX, [0.5 * edge for edge in shape.size]
+            line[KIND], line[SIZE : SIZE + 3] = BOX, [0.5 * edge for edge in shape.size]
             line[REACH] = shape.reach
         elif shape.kind == "capsule":
-            line[KIND], line[SIZES : SIZES + 2] = CAPSULE, (shape.radius, 0.5 * shape.length)
+            line[KIND], line[SIZE : SIZE + 2] = CAPSULE, (shape.radius, 0.5 * shape.length)
             line[REACH] = shape.reach
         else:
-            line[KIND], line[SIZES], line[REACH] = SPHERE, shape.radius, shape.radius
+            line[KIND], line[SIZE], line[REACH] = SPHERE, shape.radius, shape.radius
     return found

@@ -41,6 +41,16 @@ def cores(shapes: Floats) -> tuple[Floats, Floats]:
     return half, radius
 
 
+def with_reach(shapes: Floats) -> Floats:
+    """The rows of scenery, no bounded one with a reach [m] below what its sizes say."""
+    half, radius = cores(shapes)
+    reach = np.linalg.norm(half, axis=1) + radius
+    found = shapes.copy()
+    less = is_bounded(shapes) & (found[:, rows.SIZE + 3] < (1.0 - 1e-9) * reach)
+    found[less, rows.SIZE + 3] = reach[less]
+    return found
+
+
 def rotations(shapes: Floats) -> Floats:
     """Rotation matrices (m, 3, 3); spheres need none."""
     turns = shapes[:, rows.TURN : rows.TURN + 9].reshape(-1, 3, 3)
@@ -103,4 +113,4 @@ def _in_cells(shapes: Floats, at: Ints, grid: Grid, most: int) -> tuple[Ints, In
     return at[own[near]], (folded[:, 0] * sizes[1] + folded[:, 1]) * sizes[2] + folded[:, 2], wide
 
 
-__all__ = ["bounds", "is_bounded", "shelves_for"]
+__all__ = ["bounds", "cores", "is_bounded", "rotations", "shelves_for", "with_reach"]

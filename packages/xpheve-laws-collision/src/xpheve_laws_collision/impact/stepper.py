@@ -35,7 +35,7 @@ class ImpactStepper(FlightStepper):
 
     def offer(self, signature: Signature) -> Offer | Refusal:
         if not signature.impacts:
-            return Refusal("no many spheres among fixed scenery whose contacts are looked for")
+            return Refusal("not spheres among fixed scenery all of whose contacts the impact loop knows")
         return Offer(np.inf, 0.5, True)
 
     def start(self, rows: Rows, bodies: Bodies, t: Instant, sources: Sources | None) -> State:

@@ -120,7 +120,7 @@ from xpheve_laws_collision.impact.rows import (
 )
 from xpheve_laws_collision.impact.rows import MOMENTS as ITS_MOMENTS
 
-SHORTEST_FLIGHT = 1e-10  # [s], as in `xpheve_laws_collision.server.instant`
+SHORTEST_FLIGHT = 1e-10  # [s], as in `xpheve_laws_collision.server.pairs`
 STREAKS = 8  # dissipative impacts in a row, each less than CLOSE after the last
 CLOSE = 1e-7  # [s]
 

@@ -78,11 +78,20 @@ def winner(f: Any, n: Any, i: int, j: int) -> int:
 def replay(f: Any, n: Any, i: int) -> int:
     """Play again from place ``i`` upwards, whose instant has changed."""
     tree = n[TREE]
-    node = (n[COUNTS][LEAVES_OF_TREE] + i) >> 1
-    while node >= 1:
-        best = winner(f, n, tree[2 * node], tree[2 * node + 1])
+    key = f[KEYS]
+    node = n[COUNTS][LEAVES_OF_TREE] + i
+    best = i
+    high = key[2 * i]
+    while node > 1:
+        other = tree[node ^ 1]
+        rival = key[2 * other]
+        if rival == high:
+            best = winner(f, n, best, other) if node & 1 == 0 else winner(f, n, other, best)
+        else:
+            best = other if rival < high else best
+            high = rival if rival < high else high
+        node >>= 1
         if tree[node] == best and best != i:
             return 0  # who wins here has not changed, nor has its instant
         tree[node] = best
-        node >>= 1
     return 0

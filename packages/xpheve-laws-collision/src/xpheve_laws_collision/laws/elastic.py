@@ -39,8 +39,8 @@ class Elastic(ResponseLaw):
     inertia. Momentum and angular momentum are kept, and at e = 1 energy too, to rounding. Any number of impacts at one instant are
     solved together, in generations.
 
-    Cost: one prediction for each partner in reach, at each impact; in closed form for spheres on spheres and planes, by conservative
-    advancement for all else.
+    Cost: one prediction for each partner in reach, at each impact; in closed form for spheres on spheres, planes, boxes and capsules, by
+    conservative advancement for what turns. About a millisecond an impact; some microseconds in the impact loop (`collision:impact`).
 
     Benefits and drawbacks: bodies answer with their inertia and are set spinning where they are hit off their centre. Beside
     `collision:point` this needs the place of the contact, not its normal alone. Holds for smooth, rigid bodies: there is no friction.
