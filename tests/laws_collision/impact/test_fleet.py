@@ -10,6 +10,7 @@ import pytest
 from tests.laws_collision.impact.scenes import LOOP, SERVER, gas, states
 
 import xpheve as xp
+from xpheve_laws_collision.impact.impact_loop import ImpactLoop
 
 Change = Callable[[xp.PhysicsEngine, list[xp.PhysicalObject]], None]
 
@@ -391,3 +392,25 @@ def test_what_is_known_pair_by_pair_only_is_refused_in_a_periodic_scene_before_a
     with pytest.raises(xp.errors.ContactError, match="is a box that moves"):
         engine.run(until=1.0)
     assert engine.time == 0.0 and (np.array(engine.bodies.position) == before).all()
+
+
+@pytest.mark.parametrize("compile", ["never", "always"])
+def test_who_interrupts_a_run_can_go_on_as_if_he_had_not(compile: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    found, run = [], ImpactLoop.run
+    for cut in (False, True):
+        engine = in_a_box(125, compile=compile)
+        engine.run(until=0.25)
+        if cut:
+
+            def interrupted(loop: ImpactLoop, limit: tuple[float, float]) -> object:
+                run(loop, (limit[0] - 0.25, limit[1]))
+                raise KeyboardInterrupt
+
+            with monkeypatch.context() as patch:
+                patch.setattr(ImpactLoop, "run", interrupted)
+                with pytest.raises(KeyboardInterrupt):
+                    engine.run(until=1.0)
+            assert engine.time < 1.0
+        engine.run(until=1.0)
+        found.append((np.array(engine.bodies.position).tobytes(), engine.explain().data["contacts"]["impacts"]))
+    assert found[0] == found[1]

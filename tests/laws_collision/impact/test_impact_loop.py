@@ -526,3 +526,14 @@ def test_counts_of_the_loop_only_grow_where_something_happens() -> None:
     loop = uneven(27)
     seen = [(loop.run((time, 0.0)), loop.impacts)[1] for time in (0.1, 0.2, 0.4)]
     assert all(a <= b for a, b in pairwise(seen)) and seen[-1] > 0
+
+
+def test_cells_are_made_wide_for_what_crosses_them_without_end_and_no_bit_changes() -> None:
+    found = []
+    for cells in (True, False):
+        loop = loop_of(3, cells=cells)
+        put(loop, [(0, 0, 3), (0, 0.5, 0.5), (0, 9, 9)], [(1e12, 1.0, 0), (0, 0, 0), (0, 0, 0)])
+        assert loop.run((4.0, 0.0)).kind == "limit"
+        assert loop.impacts == 1 and loop.crossings < 100_000
+        found.append(loop.changed().velocity.tobytes() + loop.changed().position.tobytes())
+    assert found[0] == found[1]

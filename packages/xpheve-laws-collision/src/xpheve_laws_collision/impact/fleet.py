@@ -136,8 +136,13 @@ class Fleet:
 
     def fly(self, state: Any, limit: Instant) -> Any:
         """Let the loop of ``state`` go on up to ``limit``; returns the rows whose flights are new."""
-        loop = self._loop(state)
-        outcome = loop.run(limit)
+        try:
+            loop = self._loop(state)
+            outcome = loop.run(limit)
+        except BaseException:  # Ctrl-C, too: the engine stands where it stood, and the loop is made anew from there
+            state.made.pop("loop", None)
+            look_again(state)
+            raise
         rows = self._give_back(state, loop)
         self.pending = None
         if outcome.kind in ("limit", "watched"):

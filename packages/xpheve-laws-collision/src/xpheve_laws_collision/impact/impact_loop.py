@@ -56,6 +56,8 @@ WIDEST = 1e60
 SPARSE, WIDE = 64, 4.0
 """Places from which on, and widths of cells in diameters, an instant is looked for before which nothing meets."""
 KINDS = ("limit", "law", "touch", "rest", "collapse", "streak", "busy", "failed", "watched", "pause")
+PAIRWISE, BULLET = 4_000, 100.0
+"""So many places may be looked at pair by pair; so many times as fast as most is what should not hold them up."""
 LINE = 8
 """Numbers in a line of the processor's cache."""
 BREATH = {True: 1_000_000, False: 2_000}
@@ -497,13 +499,20 @@ class ImpactLoop:
 
     def _widen(self) -> None:
         """Lay cells out anew; far wider, if that was done before for the same reason: something is too fast for any that suit the others."""
-        if self._laid_again:
+        if self._laid_again and self._has_bullets():
             self._coarser = max(8.0, self._coarser * self._coarser)
         self._laid_again = True
         if self._coarser <= WIDEST:
             self._lay_out()
         else:
             self._go_without_cells()
+
+    def _has_bullets(self) -> bool:
+        """Whether an impact costs more crossings than there are pairs to look at, by few places or among few: no thin gas is meant."""
+        if self.crossings <= self.count * max(1, self.impacts):
+            return False
+        speeds = np.max(np.abs(self._state[: self.count, rows.V : rows.V + 3]), axis=1)
+        return self.count <= PAIRWISE or float(np.max(speeds)) > BULLET * float(np.quantile(speeds, 0.9))
 
     def _go_without_cells(self) -> None:
         """All look at all from now on."""
