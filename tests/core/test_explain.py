@@ -53,7 +53,7 @@ def test_groups_name_their_stepper_and_why_the_others_were_not_taken(engine: xp.
     assert sum(group["objects"] for group in groups) == 6
     stored = next(group for text, group in by.items() if "stored forces only" in text)
     assert (
-        stored["stepper"] == "core:ballistic"
+        stored["stepper"] == "collision:impact"
         and stored["objects"] == 1
         and stored["offers"]["core:midpoint"]["order"] == 2.0
     )

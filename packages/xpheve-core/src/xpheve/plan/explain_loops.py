@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from xpheve.errors import XpheveError
 from xpheve.laws import ContinuousLaw, FlowLaw
-from xpheve.plan import loops
+from xpheve.plan import contacts_wanted, loops
 from xpheve.plan.hand_kernels import is_by_hand
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _calls(world: World, batch: Batch, sources: BatchSources) -> str:
         why = "it acts on objects that move after it"
     elif world.wakeups.tracker.follows_any(objects):
         why = "a condition follows its motion"
-    elif batch.signature.contacts:
+    elif contacts_wanted.meets(world, batch):
         why = "contacts of its objects are looked for"
     elif world.host_step_listeners():
         why = "somebody is called at host steps"

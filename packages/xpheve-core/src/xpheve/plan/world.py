@@ -643,7 +643,7 @@ class World:
             if self.contacts is not None:
                 self.contacts.plan()  # now it is known which forces are constant
                 if self.dirty:
-                    self._plan_motion()
+                    self._plan_motion(again=True)
         self.wakeups.plan()
 
     def note_listeners(self) -> None:
@@ -660,7 +660,8 @@ class World:
         if found:
             self.contacts.refresh([obj._row for obj in self.in_rank_order(found)])
 
-    def _plan_motion(self) -> None:
+    def _plan_motion(self, again: bool = False) -> None:
+        """Plan who is marked; ``again``: only who moves them is another one, so that their constant forces are stored already."""
         self._prove_laws()
         self.ranks.freeze_laws(self.laws, self.laws)
         self.ranks.freeze_containers(self.containers)
@@ -669,7 +670,8 @@ class World:
         self.ranks.freeze_objects(new, self.bodies, self.mapping)
         marked = self.in_rank_order(self.unplanned)
         rebased = self._rebase(marked)
-        self._store_constant_forces(rebased)
+        if not again:
+            self._store_constant_forces(rebased)
         affected = self._regroup(rebased)
         self.ranks.epoch += 1
         self.unplanned.clear()

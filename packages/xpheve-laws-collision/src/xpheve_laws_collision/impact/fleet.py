@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from xpheve.errors import ContactError
 from xpheve.events import IMPACT, Entry
-from xpheve.kernels.clock import NEVER, Instant
+from xpheve.kernels.clock import NEVER, Instant, elapsed
 from xpheve.laws import ResponseLaw
 from xpheve.objects import PhysicalObject
 from xpheve_laws_collision.impact.membership import Membership
@@ -26,6 +27,8 @@ COMPILE_AFTER = 20_000
 """Impacts after which the loop of fewer is: it has run for a second or two by then."""
 AGAIN = 16
 """Times that one pair may be handed to the contact server at one instant."""
+HOPS, BRIEFLY = 1_000, 1e-7
+"""So many instants left to the server, in so short a time [s], are no motion any more."""
 CLUSTER = 4_000
 """Pairs that may touch at one instant in one heap."""
 
@@ -56,6 +59,8 @@ class Fleet:
         self._seen: Any = None
         self._laws: list[Any] = []
         self._bits: dict[Any, int] = {}
+        self._hops: tuple[Instant, int] = ((-math.inf, 0.0), 0)
+        """The first of the last instants that were left to the server, and how many they are."""
         self._again: tuple[Instant, dict[tuple[Pair, str], int]] = (NEVER, {})
 
     # Who
@@ -147,7 +152,7 @@ class Fleet:
         self.pending = None
         if outcome.kind in ("limit", "watched"):
             put_due(state, loop.next_time())
-        elif outcome.kind in ("busy", "failed"):
+        elif outcome.kind == "busy":
             look_again(state)
             raise self._wrong(state, outcome)
         else:
@@ -374,6 +379,7 @@ class Fleet:
         self.specials += 1
         self.world.transaction.later.append(self.resume)
         held = self._count_again(special)
+        self._count_hops(special)
         server._keep()
         server.queued.pop(special.pair, None)
         if held:
@@ -419,6 +425,19 @@ class Fleet:
                 "another restitution"
             )
         return False
+
+    def _count_hops(self, special: Special) -> None:
+        """Refuse instants that follow one another without end: bodies so far from the origin that floats cannot tell touching from hopping."""
+        self._hops = self._hops[0], self._hops[1] + 1
+        if self._hops[1] < HOPS:
+            return
+        if elapsed(special.instant, self._hops[0]) < BRIEFLY:
+            a, b = special.pair
+            raise ContactError(
+                f"{a!r} and {b!r} at t = {special.instant[0]} s: {HOPS} instants within {BRIEFLY:g} s, whose hops no float tells from rest. Put the "
+                'scene nearer to the origin, or set resting="hold" on the collision law'
+            )
+        self._hops = special.instant, 0
 
     def _wrong(self, state: Any, outcome: Outcome) -> ContactError:
         pair = self._pair(state, outcome.place, outcome.partner, outcome.is_scenery)
