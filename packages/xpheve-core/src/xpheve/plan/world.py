@@ -87,6 +87,8 @@ class World:
         """Laws that were tried by numbers, with the trace that they had."""
         self.constant: dict[ContinuousLaw, set[str]] = {}
         """Laws whose force is stored, with what they read."""
+        self.varying: WeakKeyDictionary[ContinuousLaw, None] = WeakKeyDictionary()
+        """Laws that were found to read state or time when they were evaluated."""
         self.contacts: ContactServer | None = None
         self.queue = EventQueue(self._is_live)
         self.evaluator = Evaluator(self.bodies, up, self.mapping)
@@ -263,11 +265,11 @@ class World:
         return any(not self._is_stored(law) for law in self.continuous_laws(obj))
 
     def _is_stored(self, law: ContinuousLaw) -> bool:
-        """Whether the force of ``law``, which is not stored yet, will be."""
-        if not isinstance(law, FieldLaw) or is_by_hand(law):
+        """Whether the force of ``law``, which is not stored yet, will be: of what is no formula only its first evaluation shows."""
+        if not isinstance(law, FieldLaw) or law in self.varying:
             return False
-        trace = formula_of(law)
-        return trace is not None and is_constant(set(trace.reads))
+        trace = None if is_by_hand(law) else formula_of(law)
+        return trace is None or is_constant(set(trace.reads))
 
     def is_switched(self, law: PhysicalLaw) -> bool:
         """Whether ``law`` was switched off and on again: it stays in its loops from then on, put out by a number."""
@@ -769,6 +771,7 @@ class World:
             )
         if not is_constant(reads):
             self.constant.pop(law, None)
+            self.varying[law] = None
             return False
         law.evaluations += 1
         self.constant[law] = reads
