@@ -254,7 +254,7 @@ class Heard:
 KERNELS = Path(xp.__file__).resolve().parent / "kernels"
 TEXTS = ("<traced law>", "<loop for arrays>", "<xpheve ")
 """What the engine calls the texts that it makes of laws."""
-CALLED = {"range", "min", "max", "abs", "int", "chunks", "all_pairs", "add_pairs", "left"}
+CALLED = {"range", "min", "max", "abs", "int", "float", "chunks", "all_pairs", "add_pairs", "left"}
 """What these texts may call besides their own functions, helpers of kernels (file__name), NumPy and math."""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from xpheve.errors import CompileError
+from xpheve.errors import CompileError, LawFailedError
 from xpheve.steppers.contract import Array
 from xpheve.steppers.wide import Wide
 
@@ -156,4 +156,9 @@ def _run(body: str, floats: Sequence[Array], whole: Sequence[Indices], count: in
         except CompileError:
             kernel = interpreted(text, what)
         _KERNELS[body, many] = kernel
-    kernel(floats, whole)
+    try:
+        kernel(floats, whole)
+    except ArithmeticError as error:
+        raise LawFailedError(
+            f"{what}: rates of linear forces are beyond what floats hold ({error}); look at stiffness, drag, charges and masses"
+        ) from error
