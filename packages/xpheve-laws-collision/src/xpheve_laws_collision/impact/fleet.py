@@ -78,7 +78,7 @@ class Fleet:
             return
         restructured = self._seen is None or seen[0] != self._seen[0]
         self._seen = seen
-        heard = [law for law in world.laws if self.server._hears(law)]
+        heard = [law for law in world.laws if world.mapping.objects(law) and self.server._hears(law)]
         other = self.members.decide(world, heard)
         if other:
             self.server.broad_phase.forget()

@@ -1,4 +1,4 @@
-"""What counts as none, as in `xpheve_laws_collision.narrow_phase`; and vectors of rows."""
+"""What counts as none, for the loop and for the geometry of the contact server alike; and vectors of rows."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 from xpheve.kernels.vector import Vec
 
-TOUCH = 1e-12  # of the sizes
-STILL = 1e-14  # of the speeds
-BRIEF = 1e-20  # [s]
-ULPS = 8.0 * 2.0**-52  # of the coordinates
+TOUCH = 1e-12  # of the sizes: a gap this small is none (design: far above rounding, far below what shows)
+STILL = 1e-14  # of the speeds at hand: slower than this is no approach
+BRIEF = 1e-20  # [s] nor is what the closing acceleration turns back in less: no clock tells such flights apart
+ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves of a gap
 LOADED = 1e-13  # of the accelerations: less presses nothing together
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 from xpheve.errors import ContactError
+from xpheve_laws_collision.impact.limits import BRIEF as BRIEF
+from xpheve_laws_collision.impact.limits import STILL as STILL
+from xpheve_laws_collision.impact.limits import TOUCH as TOUCH
+from xpheve_laws_collision.impact.limits import ULPS as ULPS
 
 Vec = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
-
-TOUCH = 1e-12  # of the sizes: a gap this small is none (design: far above rounding, far below what shows)
-STILL = 1e-14  # of the speeds at hand: slower than this is no approach
-BRIEF = 1e-20  # [s] nor is what the closing acceleration turns back in less: no clock tells such flights apart
-ULPS = 8.0 * 2.0**-52  # of the coordinates: what rounding of a position leaves of a gap
 
 
 class Mover(NamedTuple):
