@@ -89,8 +89,6 @@ class Outcome(NamedTuple):
         When; of ``"limit"`` the limit.
     place, partner, is_scenery
         Which pair: a place, and another or a row of the scenery; -1 for ``"limit"``.
-    touching
-        Of ``"touch"``: the other touching pairs of both, as (place, partner, is_scenery).
     """
 
     kind: str
@@ -98,7 +96,6 @@ class Outcome(NamedTuple):
     place: int = -1
     partner: int = -1
     is_scenery: bool = False
-    touching: tuple[tuple[int, int, bool], ...] = ()
 
 
 class Changed(NamedTuple):
@@ -576,10 +573,7 @@ class ImpactLoop:
         self._now = max(self._now, instant)
         place, partner = int(counts[rows.WHO]), int(counts[rows.WITH])
         is_scenery = bool(counts[rows.WITH_SCENERY])
-        others: tuple[tuple[int, int, bool], ...] = ()
-        if kind == "touch":
-            others = self._others(place, partner, is_scenery)
-        return Outcome(kind, instant, place, partner, is_scenery, others)
+        return Outcome(kind, instant, place, partner, is_scenery)
 
     def _reached(self, limit: Instant) -> Outcome:
         if limit[0] < math.inf:
@@ -590,12 +584,6 @@ class ImpactLoop:
         at = int(self.n[rows.TREE][1])
         high, low = self.f[rows.KEYS][2 * at : 2 * at + 2].tolist()
         return (high, low) if high < math.inf else self._now
-
-    def _others(self, place: int, partner: int, is_scenery: bool) -> tuple[tuple[int, int, bool], ...]:
-        found = [(place, *one) for one in self.near(place) if one != (partner, is_scenery)]
-        if not is_scenery:
-            found += [(partner, *one) for one in self.near(partner) if one != (place, False)]
-        return tuple(found)
 
     def near(self, place: int, instant: Instant | None = None) -> list[tuple[int, bool]]:
         """Who touches ``place`` at ``instant``, by default that for which the loop stopped last: (partner, whether it is scenery)."""
